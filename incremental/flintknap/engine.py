@@ -1,0 +1,219 @@
+"""The engine: points go in, at any moment the object they bound comes out.
+
+Theory of operation. An insert only records points; a query first brings the object up to date:
+points that wait are placed in the Delaunay triangulation, and the constriction is repaired around
+them. Every answer is a function of the current set of points, never of the order or the batches
+in which they came, nor of what was asked before.
+
+Cost. A recorded point: O(1). Bringing n points up to date: O(n log n) expected for many at once;
+a few on top of many: what the change touches. Then each answer as stated.
+
+Refuses coordinates that are not finite or beyond the admissible magnitudes (InputError, nothing of
+the call applied). Knows no clock, thread, socket or file. Calls from several threads take turns;
+different engines do not wait for each other, and long calls let other threads run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING, cast, overload
+
+import numpy as np
+
+from flintknap import gamma, inputs
+from flintknap._kernel import Kernel
+from flintknap.boundary import Boundary
+from flintknap.errors import InputError, InvariantError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from flintknap.boundary import Status
+
+
+class Engine:
+    """A planar object, known by points on its boundary."""
+
+    def __init__(self) -> None:
+        self._kernel = Kernel()
+        self._boundary: tuple[int, Boundary] | None = None
+
+    # ------------------------------------------------------------------ points
+    @overload
+    def insert(self, x: float, y: float) -> int: ...
+    @overload
+    def insert(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]: ...
+    def insert(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]:
+        """Add points and return their ids.
+
+        ``x`` and ``y`` are two numbers, or arrays that broadcast, or ``x`` alone an (n, 2) array.
+        Returns an int for two numbers, else int64 ids of the common shape, (n,) for (n, 2).
+        Ids count up from 0 in order of arrival; a point that is there already keeps its id and
+        gains multiplicity. O(1) expected a point.
+
+        Raises InputError naming the first row at fault; then no point of the call was added.
+        """
+        if isinstance(x, float) and isinstance(y, float):
+            return self._kernel.insert(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        xs, ys = inputs.pairs(x, y)
+        if xs.ndim == 0:
+            return self._kernel.insert(float(xs), float(ys))
+        return self._kernel.insert_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+
+    def __len__(self) -> int:
+        """Return the number of distinct points."""
+        return len(self._kernel)
+
+    @property
+    def revision(self) -> int:
+        """How many changes the set of points has seen; equal revisions, equal answers."""
+        return len(self._kernel)
+
+    def ids(self) -> NDArray[np.int64]:
+        """Return the ids of all points, int64 (n,), ascending. O(n)."""
+        return np.arange(len(self._kernel), dtype=np.int64)
+
+    def points(self, ids: ArrayLike | None = None) -> NDArray[np.float64]:
+        """Return coordinates, float64 (n, 2), of all points in the order of ids(), or of ``ids``.
+
+        Raises KeyError naming the first unknown id. O(n).
+        """
+        return self._kernel.points(self.ids() if ids is None else self._known(ids, "ids").ravel())
+
+    def multiplicity(self, ids: ArrayLike) -> int | NDArray[np.int64]:
+        """Return how often each point was inserted, in the shape of ``ids``. O(1) an id.
+
+        Raises KeyError naming the first unknown id.
+        """
+        known = self._known(ids, "ids")
+        counts = self._kernel.multiplicity(known.ravel())
+        return int(counts[0]) if known.ndim == 0 else counts.reshape(known.shape)
+
+    # ------------------------------------------------------------------ the object
+    def boundary(self) -> Boundary:
+        """Return the boundary polygon (section 3.1). O(n) after a change, O(1) if none."""
+        if self._boundary is None or self._boundary[0] != self.revision:
+            revision = self.revision
+            self._boundary = revision, self._make_boundary()
+        return self._boundary[1]
+
+    @overload
+    def side(self, x: float, y: float) -> int: ...
+    @overload
+    def side(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int8]: ...
+    def side(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int8]:
+        """Tell where places lie: +1 inside the object, 0 on its boundary, -1 outside. Exact.
+
+        Numbers or arrays, as in insert; an int for two numbers, else int8 of the common shape. A
+        degenerate object has no boundary and no inside: -1 everywhere. O(log n) expected a place.
+
+        Raises InputError naming the first row at fault.
+        """
+        if isinstance(x, float) and isinstance(y, float):
+            return self._kernel.side(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        xs, ys = inputs.pairs(x, y)
+        if xs.ndim == 0:
+            return self._kernel.side(float(xs), float(ys))
+        return self._kernel.side_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+
+    @overload
+    def contains(self, x: float, y: float) -> bool: ...
+    @overload
+    def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]: ...
+    def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]:
+        """Tell which places belong to the closed object: side(x, y) >= 0."""
+        side = self.side(x, y)
+        return side >= 0
+
+    # ------------------------------------------------------------------ the gamma-graph
+    def edges(self, graph: gamma.GraphName) -> NDArray[np.int64]:
+        """Return the edges of a graph of the gamma-family (section 2.1).
+
+        "delaunay" is the canonical Delaunay triangulation; of its edges, "gabriel" has those that
+        no point sees under more than a right angle, "hull" those with an empty side. Rows of two
+        ids, the smaller first, sorted: int64 (m, 2). O(n log n).
+        """
+        wanted = gamma.graph(graph)
+        if self._kernel.is_flat():
+            return gamma.canonical(gamma.along_line(self.ids(), self.points()))
+        return gamma.canonical(self._kernel.edges(wanted))
+
+    def gamma(
+        self, a: ArrayLike, b: ArrayLike
+    ) -> tuple[float, float] | tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (gamma0, gamma1) of edges of the Delaunay triangulation (section 2.1).
+
+        ``a`` and ``b`` are ids or arrays of ids that broadcast. |gamma0| <= |gamma1|, each in
+        [-1, 1]. O(degree of a) a pair.
+
+        Raises KeyError naming an unknown id, InputError naming a pair that is no edge.
+        """
+        firsts, seconds = np.broadcast_arrays(self._known(a, "a"), self._known(b, "b"))
+        if self._kernel.is_flat():
+            edges = {tuple(e) for e in self.edges("delaunay").tolist()}
+            rows = zip(firsts.ravel().tolist(), seconds.ravel().tolist(), strict=True)
+            ends = [1.0 if (min(i, j), max(i, j)) in edges else np.nan for i, j in rows]
+            values = np.repeat(np.array(ends)[:, np.newaxis], 2, axis=1)
+        else:
+            values = self._kernel.gamma(firsts.ravel(), seconds.ravel())
+        bad = np.isnan(values[:, 0])
+        if bad.any():
+            row = int(np.argmax(bad))
+            pair = int(firsts.ravel()[row]), int(seconds.ravel()[row])
+            raise InputError(f"row {row}: got {pair}, expected a Delaunay edge", row=row)
+        if firsts.ndim == 0:
+            return float(values[0, 0]), float(values[0, 1])
+        return values[:, 0].reshape(firsts.shape), values[:, 1].reshape(firsts.shape)
+
+    def triangles(self) -> NDArray[np.int64]:
+        """Return the canonical Delaunay triangulation as ids, int64 (m, 3).
+
+        Each row runs counter-clockwise from its lexicographically smallest vertex; rows are
+        sorted. Empty if all points lie on one line. O(n log n).
+        """
+        rows = self._kernel.triangles()
+        xy = self.points()
+        rank = np.empty(len(xy), np.int64)
+        rank[np.lexsort((xy[:, 1], xy[:, 0]))] = np.arange(len(xy))
+        first = np.argmin(rank[rows], axis=1) if len(rows) else np.zeros(0, np.int64)
+        turned = (first[:, np.newaxis] + np.arange(3)) % 3
+        rows = np.take_along_axis(rows, turned, axis=1)
+        return rows[np.lexsort(rows.T[::-1])]
+
+    # ------------------------------------------------------------------ verification
+    def digest(self) -> str:
+        """Return a fingerprint of the set of points and its boundary, 32 hex digits.
+
+        The same for every history that ends in the same set, on every machine. O(n log n).
+        """
+        boundary, points = self.boundary(), self.points()
+        points = points[np.lexsort((points[:, 1], points[:, 0]))]
+        h = hashlib.blake2b(b"flintknap 1\0", digest_size=16)
+        h.update(boundary.status.encode() + b"\0")
+        h.update(np.ascontiguousarray(boundary.xy, dtype="<f8"))
+        h.update(np.ascontiguousarray(points, dtype="<f8"))
+        return h.hexdigest()
+
+    def check(self) -> None:
+        """Verify every law and invariant; raise InvariantError with what was seen. O(n log n)."""
+        broken = self._kernel.check()
+        if broken:
+            raise InvariantError(broken)
+
+    # ------------------------------------------------------------------ behind the face
+    def _make_boundary(self) -> Boundary:
+        ids, inside = self._kernel.ring(), self._kernel.left_inside()
+        xy, hidden = self._kernel.points(ids), self._kernel.points(inside)
+        inside = inside[np.lexsort((hidden[:, 1], hidden[:, 0]))]
+        for array in (ids, xy, inside):
+            array.flags.writeable = False
+        status: Status = "closed"
+        if len(ids) == 0:
+            status = "degenerate"
+        elif len(inside):
+            status = "locked"
+        return Boundary(ids, xy, status, inside, d=0.0)
+
+    def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
+        count = len(self._kernel)
+        return inputs.identifiers(ids, name, lambda i: (i < 0) | (i >= count))

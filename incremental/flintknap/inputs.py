@@ -1,0 +1,95 @@
+"""The border: every cast, shape and finiteness check, once.
+
+Behind it, coordinates are float64, finite and of admissible magnitude, and -0.0 is 0.0; the rest
+of the package asserts and does not ask again. The magnitudes are those for which the kernel's
+exact predicates neither overflow nor underflow: 0, or MIN_MAGNITUDE to MAX_MAGNITUDE.
+
+A refusal names the first row at fault, what was got and what was expected.
+Cost: O(1) a scalar, O(n) an array, without a copy where the input is float64 already.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flintknap.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+MIN_MAGNITUDE = 1e-60
+MAX_MAGNITUDE = 1e60
+
+_EXPECTED = f"0 or a magnitude from {MIN_MAGNITUDE:g} to {MAX_MAGNITUDE:g}"
+
+
+def scalar(value: float, name: str) -> float:
+    """Return one coordinate, or raise InputError."""
+    if MIN_MAGNITUDE <= value <= MAX_MAGNITUDE or MIN_MAGNITUDE <= -value <= MAX_MAGNITUDE:
+        return value
+    if value == 0:
+        return 0.0
+    raise InputError(f"{name}: got {value!r}, expected {_EXPECTED}", row=0)
+
+
+def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return coordinates of one shape, broadcast as numpy does.
+
+    ``x`` and ``y``, or one (n, 2) array in place of both.
+    """
+    if y is None:
+        xy = _floats(x, "xy")
+        if xy.ndim != 2 or xy.shape[1] != 2:
+            raise InputError(f"xy: got an array of shape {xy.shape}, expected (n, 2)")
+        xs, ys = xy[:, 0], xy[:, 1]
+    else:
+        xs, ys = _floats(x, "x"), _floats(y, "y")
+        try:
+            xs, ys = np.broadcast_arrays(xs, ys)
+        except ValueError:
+            raise InputError(
+                f"x and y: got shapes {xs.shape} and {ys.shape}, expected shapes that broadcast"
+            ) from None
+    # The first row at fault, whichever of its coordinates it is.
+    bad = _inadmissible(xs) | _inadmissible(ys)
+    if bad.any():
+        row = int(np.argmax(bad.ravel()))
+        got = (float(xs.ravel()[row]), float(ys.ravel()[row]))
+        raise InputError(f"row {row}: got {got}, expected coordinates that are {_EXPECTED}", row=row)
+    return xs + 0.0, ys + 0.0  # -0.0 + 0.0 is 0.0
+
+
+def identifiers(
+    ids: ArrayLike, name: str, unknown: Callable[[NDArray[np.int64]], NDArray[np.bool_]]
+) -> NDArray[np.int64]:
+    """Return ids as int64; raise KeyError naming the first one that is ``unknown``."""
+    got = np.asarray(ids)
+    if got.size == 0:
+        return np.zeros(got.shape, np.int64)
+    if got.dtype.kind not in "iu":
+        raise InputError(f"{name}: got values of type {got.dtype}, expected integer ids")
+    out = got.astype(np.int64, copy=False)
+    bad = unknown(out)
+    if bad.any():
+        raise KeyError(int(out.ravel()[int(np.argmax(bad.ravel()))]))
+    return out
+
+
+def _floats(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    try:
+        got = np.asarray(values)
+    except ValueError as ragged:
+        raise InputError(f"{name}: got {ragged}, expected an array of numbers") from None
+    if got.size and got.dtype.kind not in "fiu":
+        raise InputError(f"{name}: got values of type {got.dtype}, expected real numbers")
+    return got.astype(np.float64, copy=False)
+
+
+def _inadmissible(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    magnitude = np.abs(values)
+    admissible = (magnitude <= MAX_MAGNITUDE) & ((magnitude >= MIN_MAGNITUDE) | (magnitude == 0))
+    return np.logical_not(admissible)

@@ -1,0 +1,128 @@
+// The topology of a triangulation: half-edges in triples, and not a single coordinate.
+//
+// Half-edge h belongs to triangle h / 3 and runs from origin(h) to origin(next(h)) with the
+// triangle on its left; twin(h) runs the other way in the triangle beyond.
+//
+//            c
+//           / \            triangle t owns 3t, 3t + 1, 3t + 2
+//     prev /   \ next      origin(h) = a, target(h) = b, apex(h) = c
+//         /  t  \          origin(next(h)) = b, origin(prev(h)) = c
+//        a ----- b
+//            h
+//
+// Beyond each hull edge stands a ghost triangle, whose third corner is the vertex kGhost: so every
+// half-edge has a twin, and the triangulation has no boundary to treat apart.
+//
+// Invariants (check): twin is an involution without fixed points; twins share their end points;
+// leaving(v) is a half-edge with origin v.
+// Cost: 24 bytes a triangle, 4 a vertex.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace flintknap {
+
+using Index = std::int32_t;
+
+constexpr Index kNone = -1;
+constexpr Index kGhost = -1;
+
+inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+class Mesh {
+   public:
+    struct HalfEdge {
+        Index origin, twin;
+    };
+
+    static Index triangle(Index h) { return h / 3; }
+    static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static Index prev(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+    Index origin(Index h) const { return edges_[at(h)].origin; }
+    Index twin(Index h) const { return edges_[at(h)].twin; }
+    Index target(Index h) const { return origin(next(h)); }
+    Index apex(Index h) const { return origin(prev(h)); }
+    Index leaving(Index v) const { return leaving_[at(v)]; }
+
+    Index triangles() const { return static_cast<Index>(edges_.size() / 3); }
+    Index vertices() const { return static_cast<Index>(leaving_.size()); }
+    bool is_ghost(Index t) const {
+        return origin(3 * t) == kGhost || origin(3 * t + 1) == kGhost || origin(3 * t + 2) == kGhost;
+    }
+    // The half-edge opposite the ghost vertex of a ghost: the hull edge, seen from outside.
+    Index hull_edge(Index t) const {
+        Index h = 3 * t;
+        while (apex(h) != kGhost) ++h;
+        return h;
+    }
+
+    // Counter-clockwise about origin(h): the half-edge that leaves it next.
+    Index turn(Index h) const { return twin(prev(h)); }
+
+    void reserve(std::size_t vertices) {
+        edges_.reserve(6 * vertices);
+        leaving_.reserve(vertices);
+    }
+    // Room for one more vertex and some triangles, found before anything is changed. Capacities
+    // double: a reserve of the exact size on each call would copy everything each time.
+    void make_room(std::size_t triangles) {
+        std::size_t need = edges_.size() + 3 * triangles;
+        if (edges_.capacity() < need) edges_.reserve(std::max(need, 2 * edges_.size()));
+        if (leaving_.capacity() == leaving_.size()) leaving_.reserve(2 * leaving_.size() + 4);
+    }
+    void add_vertex() { leaving_.push_back(kNone); }
+    Index add_triangle() {
+        edges_.resize(edges_.size() + 3);
+        return triangles() - 1;
+    }
+    void set_triangle(Index t, Index a, Index b, Index c) {
+        edges_[at(3 * t)].origin = a;
+        edges_[at(3 * t + 1)].origin = b;
+        edges_[at(3 * t + 2)].origin = c;
+    }
+    void glue(Index h, Index o) {
+        edges_[at(h)].twin = o;
+        edges_[at(o)].twin = h;
+    }
+    void set_leaving(Index v, Index h) {
+        if (v != kGhost) leaving_[at(v)] = h;
+    }
+
+    std::size_t bytes() const {
+        return edges_.capacity() * sizeof(HalfEdge) + leaving_.capacity() * sizeof(Index);
+    }
+
+    // The first broken invariant, or nothing. O(n).
+    std::string check() const {
+        for (Index h = 0; h < 3 * triangles(); ++h) {
+            Index o = twin(h);
+            if (o < 0 || o >= 3 * triangles() || o == h || twin(o) != h) {
+                return "half-edge " + std::to_string(h) + ": its twin " + std::to_string(o) +
+                       " does not point back";
+            }
+            if (origin(h) != target(o) || target(h) != origin(o)) {
+                return "half-edge " + std::to_string(h) + ": end points differ from those of " +
+                       std::to_string(o);
+            }
+        }
+        for (Index v = 0; triangles() > 0 && v < vertices(); ++v) {
+            Index h = leaving(v);
+            if (h < 0 || h >= 3 * triangles() || origin(h) != v) {
+                return "vertex " + std::to_string(v) + ": half-edge " + std::to_string(h) +
+                       " does not leave it";
+            }
+        }
+        return {};
+    }
+
+   private:
+    std::vector<HalfEdge> edges_;
+    std::vector<Index> leaving_;
+};
+
+}  // namespace flintknap

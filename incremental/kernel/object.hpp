@@ -1,0 +1,130 @@
+// One object: its points and all that is derived from them, brought up to date when asked.
+//
+// Theory. Points that arrive only wait. Before a query they are settled: placed in the
+// triangulation in biased randomised order, and the constriction repaired around them if they are
+// few, or made from scratch if they are many. Both give the same result, so which one is taken is
+// a matter of cost alone, and so is how long points have waited.
+//
+// Interrupts and ends of memory: settling may stop between two points. Those placed stay placed,
+// the others wait on, the constriction is made from scratch next time; nothing is lost.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "constriction.hpp"
+#include "gamma.hpp"
+#include "points.hpp"
+#include "queries.hpp"
+
+namespace flintknap {
+
+class Object {
+   public:
+    Object() = default;
+    Object(const Object&) = delete;
+    Object& operator=(const Object&) = delete;
+
+    const Points& points() const { return points_; }
+    const Triangulation& triangulation() const { return triangulation_; }
+    const Constriction& constriction() const { return constriction_; }
+
+    Index insert(Point p) {
+        points_.make_room(1);
+        return points_.add(p);
+    }
+
+    template <class PointOf>
+    void insert(std::size_t n, PointOf point, std::int64_t* ids) {
+        points_.make_room(n);
+        points_.add(n, point, ids);
+    }
+
+    bool is_placed() const { return points_.waiting().empty(); }
+    bool is_settled() const { return is_placed() && state_ == State::fresh; }
+    // Whether settling takes long enough to let others run meanwhile.
+    bool is_long_to_settle() const {
+        return state_ == State::stale || points_.waiting().size() > 16;
+    }
+
+    // Places the points that wait. `poll` is called now and then and may throw to interrupt.
+    template <class Poll>
+    void place(Poll poll) {
+        std::size_t waiting = points_.waiting().size(), placed = at(triangulation_.size());
+        bool few = state_ != State::stale && !triangulation_.is_flat() &&
+                   waiting <= 1 + placed / kFew;
+        state_ = State::stale;
+        try {
+            if (few) {
+                place_waiting(constriction_, poll);
+                state_ = State::changed;
+            } else {
+                Nobody nobody;
+                place_waiting(nobody, poll);
+            }
+        } catch (...) {
+            points_.drop_placed();
+            throw;
+        }
+        points_.drop_placed();
+    }
+
+    // Places the points that wait and brings the constriction up to date.
+    template <class Poll>
+    void settle(Poll poll) {
+        if (!is_placed()) place(poll);
+        State before = state_;
+        state_ = State::stale;
+        if (before == State::changed) {
+            constriction_.repair();
+        } else if (before == State::stale && !triangulation_.is_flat()) {
+            constriction_.build();
+        }
+        state_ = State::fresh;
+    }
+
+    std::size_t bytes() const {
+        return points_.bytes() + triangulation_.bytes() + constriction_.bytes();
+    }
+
+    // The first broken invariant, or nothing. Everything must be settled. O(n log n).
+    std::string check() const {
+        for (std::string broken : {points_.check(), triangulation_.check()}) {
+            if (!broken.empty()) return broken;
+        }
+        return triangulation_.is_flat() ? "" : constriction_.check();
+    }
+
+   private:
+    // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
+    enum class State { fresh, changed, stale };
+
+    // One waiting point in so many placed ones is few: repairs cost less than a run from scratch.
+    static constexpr std::size_t kFew = 1024;
+
+    template <class Observer, class Poll>
+    void place_waiting(Observer& observer, Poll& poll) {
+        const std::vector<Points::Waiting>& waiting = points_.waiting();
+        std::size_t n = waiting.size(), placed = at(triangulation_.size());
+        if (n == 0) return;
+        if (n > placed) triangulation_.reserve(placed + n);
+        // Neighbours in the order are a good start for the walk if they are dense among the rest.
+        bool dense = 4 * n >= placed;
+        Index start = kNone;
+        std::size_t count = 0;
+        for (Ranked r : insertion_order(n, [&](std::size_t i) { return waiting[i].point; })) {
+            if (++count % 16384 == 0) poll();
+            Index slot = triangulation_.insert(waiting[at(r.item)].point, start, observer);
+            points_.place_next(r.item);
+            observer.created(triangulation_.created());
+            if (dense) start = slot;
+        }
+    }
+
+    Triangulation triangulation_;
+    Points points_{triangulation_};
+    Constriction constriction_{triangulation_};
+    State state_ = State::fresh;
+};
+
+}  // namespace flintknap
