@@ -41,7 +41,7 @@ class Boundary:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         return np.array(self.xy, dtype=dtype, copy=copy)
 
     @cached_property

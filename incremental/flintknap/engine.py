@@ -16,7 +16,7 @@ different engines do not wait for each other, and long calls let other threads r
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING, cast, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -190,8 +190,8 @@ class Engine:
         points = points[np.lexsort((points[:, 1], points[:, 0]))]
         h = hashlib.blake2b(b"flintknap 1\0", digest_size=16)
         h.update(boundary.status.encode() + b"\0")
-        h.update(np.ascontiguousarray(boundary.xy, dtype="<f8"))
-        h.update(np.ascontiguousarray(points, dtype="<f8"))
+        h.update(boundary.xy.astype("<f8").tobytes())
+        h.update(points.astype("<f8").tobytes())
         return h.hexdigest()
 
     def check(self) -> None:

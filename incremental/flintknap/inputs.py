@@ -59,7 +59,9 @@ def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]
     if bad.any():
         row = int(np.argmax(bad.ravel()))
         got = (float(xs.ravel()[row]), float(ys.ravel()[row]))
-        raise InputError(f"row {row}: got {got}, expected coordinates that are {_EXPECTED}", row=row)
+        raise InputError(
+            f"row {row}: got {got}, expected coordinates that are {_EXPECTED}", row=row
+        )
     return xs + 0.0, ys + 0.0  # -0.0 + 0.0 is 0.0
 
 
@@ -92,4 +94,5 @@ def _floats(values: ArrayLike, name: str) -> NDArray[np.float64]:
 def _inadmissible(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     magnitude = np.abs(values)
     admissible = (magnitude <= MAX_MAGNITUDE) & ((magnitude >= MIN_MAGNITUDE) | (magnitude == 0))
-    return np.logical_not(admissible)
+    bad: NDArray[np.bool_] = ~admissible  # not a number compares false, so it is bad
+    return bad

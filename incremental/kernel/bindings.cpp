@@ -50,7 +50,8 @@ class Kernel {
     auto insert_many(Doubles x, Doubles y) {
         std::vector<std::int64_t> ids(x.shape(0));
         alone([&] {
-            object_.insert(ids.size(), [&](std::size_t i) { return Point{x(i), y(i)}; }, ids.data());
+            object_.insert(
+                ids.size(), [&](std::size_t i) { return Point{x(i), y(i)}; }, ids.data());
         });
         return to_numpy(std::move(ids));
     }
@@ -139,7 +140,8 @@ class Kernel {
         std::vector<std::int64_t> ids;
         for (Index x = 0; x < m.triangles(); ++x) {
             if (m.is_ghost(x)) continue;
-            for (Index h = 3 * x; h < 3 * x + 3; ++h) ids.push_back(object_.points().id(m.origin(h)));
+            for (Index h = 3 * x; h < 3 * x + 3; ++h)
+                ids.push_back(object_.points().id(m.origin(h)));
         }
         return to_numpy(std::move(ids), 3);
     }
@@ -181,6 +183,11 @@ class Kernel {
     std::size_t bytes() {
         auto lock = take_turn();
         return object_.bytes();
+    }
+
+    std::int64_t touched() {
+        auto lock = settled();
+        return object_.constriction().touched();
     }
 
    private:
@@ -246,14 +253,12 @@ NB_MODULE(_kernel, m) {
     m.def("cotangent", [](double ix, double iy, double jx, double jy, double kx, double ky) {
         return cotangent({ix, iy}, {jx, jy}, {kx, ky});
     });
-    m.def("in_circle", [](double ax, double ay, double bx, double by, double cx, double cy,
-                          double dx, double dy) {
-        return in_circle({ax, ay}, {bx, by}, {cx, cy}, {dx, dy});
-    });
-    m.def("in_circle_perturbed", [](double ax, double ay, double bx, double by, double cx,
-                                    double cy, double dx, double dy) {
-        return in_circle_perturbed({ax, ay}, {bx, by}, {cx, cy}, {dx, dy});
-    });
+    m.def("in_circle",
+          [](double ax, double ay, double bx, double by, double cx, double cy, double dx,
+             double dy) { return in_circle({ax, ay}, {bx, by}, {cx, cy}, {dx, dy}); });
+    m.def("in_circle_perturbed",
+          [](double ax, double ay, double bx, double by, double cx, double cy, double dx,
+             double dy) { return in_circle_perturbed({ax, ay}, {bx, by}, {cx, cy}, {dx, dy}); });
 
     nb::enum_<Graph>(m, "Graph")
         .value("delaunay", Graph::delaunay)
@@ -276,5 +281,6 @@ NB_MODULE(_kernel, m) {
         .def("edges", &Kernel::edges, "graph"_a)
         .def("gamma", &Kernel::gamma, "a"_a, "b"_a)
         .def("check", &Kernel::check)
-        .def("bytes", &Kernel::bytes);
+        .def("bytes", &Kernel::bytes)
+        .def("touched", &Kernel::touched);
 }

@@ -44,6 +44,8 @@ class Constriction {
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
     Index left_inside() const { return left_inside_; }
+    // How many events have died or come in repairs so far.
+    std::int64_t touched() const { return touched_; }
 
     // From scratch.
     void build() {
@@ -64,17 +66,17 @@ class Constriction {
         for (Index x = 0; x < m.triangles(); ++x) {
             if (!m.is_ghost(x)) continue;
             Index h = m.twin(m.hull_edge(x));
-            if (!on_ring(m.apex(h))) heap.push_back({make_gate(t_, h), Forest::kRoot});
+            if (!on_ring(m.apex(h))) heap.push_back(opening(h, Forest::kRoot));
         }
         auto later = [this](const Opening& a, const Opening& b) {
-            return smaller(t_, b.gate, a.gate);
+            return smaller(t_, b.gate(), a.gate());
         };
         std::make_heap(heap.begin(), heap.end(), later);
         while (!heap.empty()) {
             std::pop_heap(heap.begin(), heap.end(), later);
             Opening next = heap.back();
             heap.pop_back();
-            while (!on_ring(m.apex(next.gate.edge))) next = step(next, heap, later);
+            while (!on_ring(m.apex(next.edge))) next = step(next, heap, later);
         }
     }
 
@@ -136,6 +138,7 @@ class Constriction {
             if (holder != kNone) kill(holder);
             event_of_[at(Mesh::triangle(edge))] = c.event;
             hold(target, c.event);
+            ++touched_;
             changed_.push_back(Mesh::triangle(edge));
             offer_gates_of_freed();
             offer(m.twin(Mesh::next(edge)));
@@ -185,8 +188,9 @@ class Constriction {
 
    private:
     struct Opening {
-        Gate gate;
-        Index parent;
+        double key;
+        Index edge, parent;
+        Gate gate() const { return {key, edge}; }
     };
     struct Candidate {
         Index event, parent;
@@ -198,13 +202,17 @@ class Constriction {
         }
     };
 
+    Opening opening(Index edge, Index parent) const {
+        return {make_gate(t_, edge).key, edge, parent};
+    }
+
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
     // smaller still is the next to take and need not pass through the heap.
     template <class Later>
     Opening step(Opening taken, std::vector<Opening>& heap, Later later) {
         const Mesh& m = t_.mesh();
-        Index edge = taken.gate.edge, k = m.apex(edge);
-        Index e = forest_.add(t_, taken.gate, taken.parent);
+        Index edge = taken.edge, k = m.apex(edge);
+        Index e = forest_.add(t_, taken.gate(), taken.parent);
         event_of_[at(Mesh::triangle(edge))] = e;
         hold(k, e);
         following_[at(m.origin(edge))] = k;
@@ -213,9 +221,9 @@ class Constriction {
         for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
             Index behind = m.twin(side);
             if (on_ring(m.apex(behind))) continue;
-            Opening opened = {make_gate(t_, behind), e};
+            Opening opened = opening(behind, e);
             if (later(next, opened)) std::swap(next, opened);
-            if (opened.gate.edge == edge) continue;  // `taken` itself, displaced
+            if (opened.edge == edge) continue;  // `taken` itself, displaced
             heap.push_back(opened);
             std::push_heap(heap.begin(), heap.end(), later);
         }
@@ -242,6 +250,7 @@ class Constriction {
             event_of_[at(Mesh::triangle(edge))] = kNone;
             changed_.push_back(Mesh::triangle(edge));
             retired_.push_back(e);
+            ++touched_;
             release(m.apex(edge));
             for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
                 Index behind = m.twin(side), child = event_of_[at(Mesh::triangle(behind))];
@@ -321,6 +330,7 @@ class Constriction {
     std::vector<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
     std::vector<Index> following_;  // by vertex on the ring: the next one along it
     Index left_inside_ = 0;         // vertices without a holder
+    std::int64_t touched_ = 0;
     // A change in progress: triangles that came, others that changed sides, vertices that lost
     // their holder and whose gates are still to be offered, events to give back at the end, events
     // about to die, gates by time.

@@ -63,7 +63,8 @@ class Forest {
 
     Index add(const Triangulation& t, Gate g, Index parent) {
         Index up = parent;
-        while (smaller_event(t, up, g)) up = smaller_event(t, jump(up), g) ? jump(up) : this->up(up);
+        while (smaller_event(t, up, g))
+            up = smaller_event(t, jump(up), g) ? jump(up) : this->up(up);
         Index over = jump(up);
         bool even = depth(up) - depth(over) == depth(over) - depth(jump(over));
         Event made = {g.key, g.edge, up, even ? jump(over) : up, depth(up) + 1};

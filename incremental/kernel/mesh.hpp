@@ -52,7 +52,8 @@ class Mesh {
     Index triangles() const { return static_cast<Index>(edges_.size() / 3); }
     Index vertices() const { return static_cast<Index>(leaving_.size()); }
     bool is_ghost(Index t) const {
-        return origin(3 * t) == kGhost || origin(3 * t + 1) == kGhost || origin(3 * t + 2) == kGhost;
+        return origin(3 * t) == kGhost || origin(3 * t + 1) == kGhost ||
+               origin(3 * t + 2) == kGhost;
     }
     // The half-edge opposite the ghost vertex of a ghost: the hull edge, seen from outside.
     Index hull_edge(Index t) const {

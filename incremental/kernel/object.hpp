@@ -51,8 +51,8 @@ class Object {
     template <class Poll>
     void place(Poll poll) {
         std::size_t waiting = points_.waiting().size(), placed = at(triangulation_.size());
-        bool few = state_ != State::stale && !triangulation_.is_flat() &&
-                   waiting <= 1 + placed / kFew;
+        bool few =
+            state_ != State::stale && !triangulation_.is_flat() && waiting <= 1 + placed / kFew;
         state_ = State::stale;
         try {
             if (few) {
@@ -111,11 +111,14 @@ class Object {
         // Neighbours in the order are a good start for the walk if they are dense among the rest.
         bool dense = 4 * n >= placed;
         Index start = kNone;
-        std::size_t count = 0;
-        for (Ranked r : insertion_order(n, [&](std::size_t i) { return waiting[i].point; })) {
-            if (++count % 16384 == 0) poll();
-            Index slot = triangulation_.insert(waiting[at(r.item)].point, start, observer);
-            points_.place_next(r.item);
+        constexpr std::size_t ahead = 16;
+        auto order = insertion_order(n, [&](std::size_t i) { return waiting[i].point; });
+        for (std::size_t i = 0; i < n; ++i) {
+            if (i % 16384 == 16383) poll();
+            if (i + ahead < n) __builtin_prefetch(&waiting[at(order[i + ahead].item)]);
+            Index item = order[i].item;
+            Index slot = triangulation_.insert(waiting[at(item)].point, start, observer);
+            points_.place_next(item);
             observer.created(triangulation_.created());
             if (dense) start = slot;
         }

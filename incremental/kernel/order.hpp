@@ -32,8 +32,10 @@ inline std::uint64_t mix(std::uint64_t v) {
 // chosen and the frame turned: state 0 .. 3, two bits of place, two of quadrant.
 inline std::uint64_t hilbert(std::uint32_t x, std::uint32_t y, int bits) {
     //                                       quadrant (x, y):  00 01 10 11
-    static constexpr std::uint8_t place[4][4] = {{0, 1, 3, 2}, {0, 3, 1, 2}, {2, 1, 3, 0}, {2, 3, 1, 0}};
-    static constexpr std::uint8_t turn[4][4] = {{1, 0, 2, 0}, {0, 3, 1, 1}, {2, 2, 0, 3}, {3, 1, 3, 2}};
+    static constexpr std::uint8_t place[4][4] = {
+        {0, 1, 3, 2}, {0, 3, 1, 2}, {2, 1, 3, 0}, {2, 3, 1, 0}};
+    static constexpr std::uint8_t turn[4][4] = {
+        {1, 0, 2, 0}, {0, 3, 1, 1}, {2, 2, 0, 3}, {3, 1, 3, 2}};
     std::uint64_t key = 0;
     unsigned state = 0;
     for (int b = bits - 1; b >= 0; --b) {
@@ -74,6 +76,7 @@ inline void radix_sort(std::vector<Ranked>& items) {
 template <class PointOf>
 std::vector<Ranked> insertion_order(std::size_t n, PointOf point) {
     constexpr int bits = 29;
+    if (n == 1) return {{0, 0}};
     Point low = point(0), high = low;
     for (std::size_t i = 1; i < n; ++i) {
         Point p = point(i);

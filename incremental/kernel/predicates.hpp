@@ -163,7 +163,8 @@ inline Expansion<16> exact_dot(Point i, Point j, Point k) {
 // +1 if a, b, c turn left, -1 if right, 0 if they lie on a line.
 inline int orient(Point a, Point b, Point c) {
     double left = (a.x - c.x) * (b.y - c.y), right = (a.y - c.y) * (b.x - c.x);
-    double det = left - right, bound = (3 + 16 * kUlp) * kUlp * (std::fabs(left) + std::fabs(right));
+    double det = left - right,
+           bound = (3 + 16 * kUlp) * kUlp * (std::fabs(left) + std::fabs(right));
     if (det > bound || det < -bound) return det > 0 ? 1 : -1;
     return exact_cross(a, b, c).sign();
 }

@@ -98,7 +98,8 @@ class Triangulation {
             if (site(mesh_.origin(h)) == q) return {h, true, true};
         }
         for (int side = 0; side < 3; ++side, h = Mesh::next(h)) {
-            if (orient(site(mesh_.origin(h)), site(mesh_.target(h)), q) == 0) return {h, true, false};
+            if (orient(site(mesh_.origin(h)), site(mesh_.target(h)), q) == 0)
+                return {h, true, false};
         }
         return {h, false, false};
     }
@@ -197,7 +198,9 @@ class Triangulation {
     }
 
     // For three sites on a line: is p strictly between a and b?
-    static bool between(Point a, Point p, Point b) { return a < b ? a < p && p < b : b < p && p < a; }
+    static bool between(Point a, Point p, Point b) {
+        return a < b ? a < p && p < b : b < p && p < a;
+    }
 
     // Depth first from the triangle of `seed`, edges in counter-clockwise order. No vertex lies
     // inside the cavity, so its triangles form a tree and none is met twice.
