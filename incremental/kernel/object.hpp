@@ -108,19 +108,20 @@ class Object {
         std::size_t n = waiting.size(), placed = at(triangulation_.size());
         if (n == 0) return;
         if (n > placed) triangulation_.reserve(placed + n);
-        // Neighbours in the order are a good start for the walk if they are dense among the rest.
+        // The site before is a good start for the walk, unless the batch is sparse among the sites
+        // or a cluster finer than the curve's cells hides the order within it: ask the hints then.
         bool dense = 4 * n >= placed;
-        Index start = kNone;
+        Index last = kNone;
         constexpr std::size_t ahead = 16;
         auto order = insertion_order(n, [&](std::size_t i) { return waiting[i].point; });
         for (std::size_t i = 0; i < n; ++i) {
             if (i % 16384 == 16383) poll();
             if (i + ahead < n) __builtin_prefetch(&waiting[at(order[i + ahead].item)]);
             Index item = order[i].item;
-            Index slot = triangulation_.insert(waiting[at(item)].point, start, observer);
+            bool near = dense && i > 0 && order[i].key != order[i - 1].key;
+            last = triangulation_.insert(waiting[at(item)].point, near ? last : kNone, observer);
             points_.place_next(item);
             observer.created(triangulation_.created());
-            if (dense) start = slot;
         }
     }
 
