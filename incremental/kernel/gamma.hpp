@@ -2,13 +2,15 @@
 //
 // Theory (section 2.1). On each side of a Delaunay edge stands at most one triangle; with phi its
 // angle opposite the edge, the side's value is 1 - sin phi if phi <= 90 degrees, sin phi - 1 if
-// larger, 1 if there is no triangle. The two values, the smaller magnitude first, are (gamma0,
-// gamma1). Since 1 - sin phi = cos^2 phi / (1 + sin phi), no digits cancel near a right angle; the
-// sign is that of an exact dot product.
+// larger, 1 if there is no triangle. In terms of the cotangent, which is correctly rounded,
+// 1 - sin phi = cot^2 / (csc (1 + csc)) with csc^2 = 1 + cot^2: no digits cancel, and the sign is
+// exact. The two angles of an edge sum to 180 degrees at most, so only the value of smaller
+// magnitude can be negative: sorted, the two are (gamma0, gamma1).
 //
 // Cost: O(1) an edge; O(n) for all edges of one graph.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -26,18 +28,14 @@ struct Gamma {
 inline double gamma_of_side(const Triangulation& t, Index h) {
     const Mesh& m = t.mesh();
     if (m.apex(h) == kGhost) return 1;
-    Point i = t.site(m.origin(h)), j = t.site(m.target(h)), k = t.site(m.apex(h));
-    double ux = i.x - k.x, uy = i.y - k.y, vx = j.x - k.x, vy = j.y - k.y;
-    double lengths = std::sqrt(ux * ux + uy * uy) * std::sqrt(vx * vx + vy * vy);
-    double cosine = (ux * vx + uy * vy) / lengths, sine = std::fabs(ux * vy - uy * vx) / lengths;
-    return dot_sign(i, j, k) * (cosine * cosine) / (1 + sine);
+    double cot = cotangent(t.site(m.origin(h)), t.site(m.target(h)), t.site(m.apex(h)));
+    double csc = std::hypot(1.0, cot);
+    return (cot / csc) * (std::fabs(cot) / (1 + csc));
 }
 
 inline Gamma gamma_of_edge(const Triangulation& t, Index h) {
-    double here = gamma_of_side(t, h), there = gamma_of_side(t, t.mesh().twin(h));
-    // of equal magnitudes the negative one comes first, so that the pair has one name
-    if (std::fabs(here) < std::fabs(there) || (here == -there && here < 0)) return {here, there};
-    return {there, here};
+    auto [gamma0, gamma1] = std::minmax({gamma_of_side(t, h), gamma_of_side(t, t.mesh().twin(h))});
+    return {gamma0, gamma1};
 }
 
 inline bool in_graph(const Triangulation& t, Index h, Graph graph) {
