@@ -1,8 +1,8 @@
 """The border: every cast, shape and finiteness check, once.
 
-Behind it, coordinates are float64, finite and of admissible magnitude, and -0.0 is 0.0; the rest
-of the package asserts and does not ask again. The magnitudes are those for which the kernel's
-exact predicates neither overflow nor underflow: 0, or MIN_MAGNITUDE to MAX_MAGNITUDE.
+Behind it, coordinates are float64, finite and of admissible magnitude; the rest of the package
+does not ask again. (That -0.0 is 0.0 the kernel sees to.) The magnitudes are those for which the
+kernel's exact predicates neither overflow nor underflow: 0, or MIN_MAGNITUDE to MAX_MAGNITUDE.
 
 A refusal names the first row at fault, what was got and what was expected.
 Cost: O(1) a scalar, O(n) an array, without a copy where the input is float64 already.
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flintknap._kernel import first_outside
 from flintknap.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def scalar(value: float, name: str) -> float:
     if MIN_MAGNITUDE <= value <= MAX_MAGNITUDE or MIN_MAGNITUDE <= -value <= MAX_MAGNITUDE:
         return value
     if value == 0:
-        return 0.0
+        return value
     raise InputError(f"{name}: got {value!r}, expected {_EXPECTED}", row=0)
 
 
@@ -48,21 +49,20 @@ def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]
         xs, ys = xy[:, 0], xy[:, 1]
     else:
         xs, ys = _floats(x, "x"), _floats(y, "y")
-        try:
-            xs, ys = np.broadcast_arrays(xs, ys)
-        except ValueError:
-            raise InputError(
-                f"x and y: got shapes {xs.shape} and {ys.shape}, expected shapes that broadcast"
-            ) from None
-    # The first row at fault, whichever of its coordinates it is.
-    bad = _inadmissible(xs) | _inadmissible(ys)
-    if bad.any():
-        row = int(np.argmax(bad.ravel()))
+        if xs.shape != ys.shape:
+            try:
+                xs, ys = np.broadcast_arrays(xs, ys)
+            except ValueError:
+                raise InputError(
+                    f"x and y: got shapes {xs.shape} and {ys.shape}, expected shapes that broadcast"
+                ) from None
+    row = first_outside(xs.ravel(), ys.ravel(), MIN_MAGNITUDE, MAX_MAGNITUDE)
+    if row >= 0:
         got = (float(xs.ravel()[row]), float(ys.ravel()[row]))
         raise InputError(
             f"row {row}: got {got}, expected coordinates that are {_EXPECTED}", row=row
         )
-    return xs + 0.0, ys + 0.0  # -0.0 + 0.0 is 0.0
+    return xs, ys
 
 
 def identifiers(
@@ -89,10 +89,3 @@ def _floats(values: ArrayLike, name: str) -> NDArray[np.float64]:
     if got.size and got.dtype.kind not in "fiu":
         raise InputError(f"{name}: got values of type {got.dtype}, expected real numbers")
     return got.astype(np.float64, copy=False)
-
-
-def _inadmissible(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    magnitude = np.abs(values)
-    admissible = (magnitude <= MAX_MAGNITUDE) & ((magnitude >= MIN_MAGNITUDE) | (magnitude == 0))
-    bad: NDArray[np.bool_] = ~admissible  # not a number compares false, so it is bad
-    return bad

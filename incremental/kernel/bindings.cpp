@@ -8,6 +8,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
 #include <cstdint>
 #include <mutex>
 #include <utility>
@@ -40,18 +41,33 @@ auto to_numpy(std::vector<T>&& values, std::size_t columns = 1) {
     return nb::ndarray<nb::numpy, T>(owned->data(), columns == 1 ? 1 : 2, shape, owner);
 }
 
+// The first row of which a coordinate is neither 0 nor of a magnitude from low to high; or -1.
+std::int64_t first_outside(Doubles x, Doubles y, double low, double high) {
+    auto is_inside = [&](double v) {
+        double magnitude = std::fabs(v);
+        return (low <= magnitude && magnitude <= high) || v == 0;
+    };
+    for (std::size_t i = 0; i < x.shape(0); ++i) {
+        if (!is_inside(x(i)) || !is_inside(y(i))) return static_cast<std::int64_t>(i);
+    }
+    return -1;
+}
+
+// -0.0 and 0.0 are one place, with one hash.
+Point place(double x, double y) { return {x + 0.0, y + 0.0}; }
+
 class Kernel {
    public:
     std::int64_t insert(double x, double y) {
         auto lock = take_turn();
-        return object_.insert({x, y});
+        return object_.insert(place(x, y));
     }
 
     auto insert_many(Doubles x, Doubles y) {
         std::vector<std::int64_t> ids(x.shape(0));
         alone([&] {
             object_.insert(
-                ids.size(), [&](std::size_t i) { return Point{x(i), y(i)}; }, ids.data());
+                ids.size(), [&](std::size_t i) { return place(x(i), y(i)); }, ids.data());
         });
         return to_numpy(std::move(ids));
     }
@@ -244,6 +260,7 @@ NB_MODULE(_kernel, m) {
     using namespace flintknap;
     using namespace nb::literals;
 
+    m.def("first_outside", &first_outside, "x"_a, "y"_a, "low"_a, "high"_a);
     m.def("orient", [](double ax, double ay, double bx, double by, double cx, double cy) {
         return orient({ax, ay}, {bx, by}, {cx, cy});
     });

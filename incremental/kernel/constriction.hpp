@@ -32,6 +32,7 @@
 #include <vector>
 
 #include "forest.hpp"
+#include "heap.hpp"
 
 namespace flintknap {
 
@@ -56,7 +57,7 @@ class Constriction {
         following_.assign(at(m.vertices()), kNone);
         left_inside_ = m.vertices();
         forget_changes();
-        std::vector<Opening> heap;
+        Openings heap(Sooner{*this});
         for (Index x = 0; x < m.triangles(); ++x) {
             if (!m.is_ghost(x)) continue;
             Index h = m.twin(m.hull_edge(x));
@@ -66,17 +67,11 @@ class Constriction {
         for (Index x = 0; x < m.triangles(); ++x) {
             if (!m.is_ghost(x)) continue;
             Index h = m.twin(m.hull_edge(x));
-            if (!on_ring(m.apex(h))) heap.push_back(opening(h, Forest::kRoot));
+            if (!on_ring(m.apex(h))) heap.push(opening(h, Forest::kRoot));
         }
-        auto later = [this](const Opening& a, const Opening& b) {
-            return smaller(t_, b.gate(), a.gate());
-        };
-        std::make_heap(heap.begin(), heap.end(), later);
         while (!heap.empty()) {
-            std::pop_heap(heap.begin(), heap.end(), later);
-            Opening next = heap.back();
-            heap.pop_back();
-            while (!on_ring(m.apex(next.edge))) next = step(next, heap, later);
+            Opening next = heap.pop();
+            while (!on_ring(m.apex(next.edge))) next = step(next, heap);
         }
     }
 
@@ -126,9 +121,7 @@ class Constriction {
         }
         offer_gates_of_freed();
         while (!heap_.empty()) {
-            std::pop_heap(heap_.begin(), heap_.end(), Later{*this});
-            Candidate c = heap_.back();
-            heap_.pop_back();
+            Candidate c = heap_.pop();
             Index edge = forest_.edge(c.event);
             if (!is_open(edge, c.parent) || holds_earlier(m.apex(edge), c.event)) {
                 retired_.push_back(c.event);
@@ -195,12 +188,16 @@ class Constriction {
     struct Candidate {
         Index event, parent;
     };
-    struct Later {
+    struct Sooner {
         const Constriction& c;
+        bool operator()(const Opening& a, const Opening& b) const {
+            return smaller(c.t_, a.gate(), b.gate());
+        }
         bool operator()(Candidate a, Candidate b) const {
-            return c.forest_.earlier(c.t_, b.event, a.event);
+            return c.forest_.earlier(c.t_, a.event, b.event);
         }
     };
+    using Openings = Heap<Opening, Sooner>;
 
     Opening opening(Index edge, Index parent) const {
         return {make_gate(t_, edge).key, edge, parent};
@@ -208,8 +205,7 @@ class Constriction {
 
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
     // smaller still is the next to take and need not pass through the heap.
-    template <class Later>
-    Opening step(Opening taken, std::vector<Opening>& heap, Later later) {
+    Opening step(Opening taken, Openings& heap) {
         const Mesh& m = t_.mesh();
         Index edge = taken.edge, k = m.apex(edge);
         Index e = forest_.add(t_, taken.gate(), taken.parent);
@@ -222,10 +218,9 @@ class Constriction {
             Index behind = m.twin(side);
             if (on_ring(m.apex(behind))) continue;
             Opening opened = opening(behind, e);
-            if (later(next, opened)) std::swap(next, opened);
+            if (smaller(t_, opened.gate(), next.gate())) std::swap(next, opened);
             if (opened.edge == edge) continue;  // `taken` itself, displaced
-            heap.push_back(opened);
-            std::push_heap(heap.begin(), heap.end(), later);
+            heap.push(opened);
         }
         return next;
     }
@@ -287,8 +282,7 @@ class Constriction {
             forest_.release(e);
             return;
         }
-        heap_.push_back({e, parent});
-        std::push_heap(heap_.begin(), heap_.end(), Later{*this});
+        heap_.push({e, parent});
     }
 
     void offer_gates_of_freed() {
@@ -335,7 +329,7 @@ class Constriction {
     // their holder and whose gates are still to be offered, events to give back at the end, events
     // about to die, gates by time.
     std::vector<Index> created_, changed_, freed_, retired_, doomed_;
-    std::vector<Candidate> heap_;
+    Heap<Candidate, Sooner> heap_{Sooner{*this}};
 };
 
 }  // namespace flintknap

@@ -1,0 +1,119 @@
+"""Boundaries for other programs: GeoJSON for data, SVG for the eye.
+
+Both take objects by name, such as `Replay.engines`, and return the text of a file. Equal sets of
+points give equal text, whatever their history.
+
+GeoJSON holds every coordinate exactly: numbers read back bit for bit. They are those that went in,
+on whatever plane that was; RFC 7946 would have them be longitude and latitude.
+
+SVG is drawn on a canvas whose longer side has SIZE units, to a hundredth of a unit, with y upward.
+Lines have the same width at every scale. Colours suit a light page and, where the viewer says so,
+a dark one. Dots are vertices, drawn where they are not crowded; crosses are points left inside.
+
+A degenerate object has no polygon: null geometry in GeoJSON, and its bare points in SVG.
+
+Cost: O(n log n) for n points, to sort them.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
+
+import msgspec
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from flintknap.engine import Engine
+
+SIZE = 1000
+MARGIN = 20
+ROOM = 8  # units that a vertex needs on average, or dots would run into a thicker line
+CROSS = 8  # units from one arm's end to the other, across and down
+
+LIGHT = ["#2b6cb0", "#c05621", "#2f855a", "#6b46c1", "#0b7a8f", "#8f6a08"]
+DARK = ["#63b3ed", "#f6ad55", "#68d391", "#b794f4", "#4fd1e5", "#ecc94b"]
+STYLE = """\
+path { fill: none; stroke: currentColor; stroke-width: 1.5; stroke-linecap: round;
+       stroke-linejoin: round; vector-effect: non-scaling-stroke }
+.area { fill: currentColor; fill-opacity: 0.15 }
+.dots { stroke-width: 4 }
+.inside { stroke: #e0307a; stroke-width: 2 }
+"""
+FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML
+
+
+def geojson(objects: Mapping[str, Engine]) -> str:
+    """Return a FeatureCollection: a Feature for each object, a counter-clockwise Polygon each.
+
+    Properties: "object", "status", "points" (distinct), "inside" (how many) and "digest".
+    """
+    features = []
+    for name, engine in objects.items():
+        boundary = engine.boundary()
+        properties = {
+            "object": name,
+            "status": boundary.status,
+            "points": len(engine),
+            "inside": len(boundary.inside),
+            "digest": engine.digest(),
+        }
+        geometry = boundary.__geo_interface__ if len(boundary) else None
+        features.append({"type": "Feature", "properties": properties, "geometry": geometry})
+    return msgspec.json.encode({"type": "FeatureCollection", "features": features}).decode() + "\n"
+
+
+def svg(objects: Mapping[str, Engine]) -> str:
+    """Return a picture of all objects in the order given, later ones over earlier ones."""
+    points = np.concatenate([np.zeros((0, 2)), *(each.points() for each in objects.values())])
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
+    scale = SIZE / (float((high - low).max()) or 1.0)
+    width, height = (high - low) * scale + 2 * MARGIN
+
+    def place(xy: NDArray[np.float64]) -> list[tuple[float, float]]:
+        """Bring points onto the canvas, where y points down."""
+        x, up = ((xy - low) * scale + MARGIN).T
+        return list(zip(x.round(2).tolist(), (height - up).round(2).tolist(), strict=True))
+
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}">',
+        f"<title>{_text(', '.join(objects))}</title>",
+        f"<style>\n{STYLE}{_colours(LIGHT, len(objects))}",
+        f"@media (prefers-color-scheme: dark) {{\n{_colours(DARK, len(objects))}\n}}\n</style>",
+    ]
+    for index, (name, engine) in enumerate(objects.items()):
+        boundary = engine.boundary()
+        dots = ring = place(boundary.xy)
+        lines.append(f'<g class="object{index % len(LIGHT)}">')
+        lines.append(f"<title>{_text(name)}: {boundary.status}, {len(engine)} points</title>")
+        if ring:
+            corners = " ".join(f"{x:g},{y:g}" for x, y in ring)
+            lines.append(f'<path class="area" d="M{corners}Z"/>')
+            if boundary.length * scale < ROOM * len(ring):
+                dots = []
+        else:
+            xy = engine.points()
+            dots = place(xy[np.lexsort((xy[:, 1], xy[:, 0]))])
+        if dots:
+            marks = "".join(f"M{x:g},{y:g}h0" for x, y in dots)
+            lines.append(f'<path class="dots" d="{marks}"/>')
+        if len(boundary.inside):
+            arm = f"l{CROSS},{CROSS}m0,-{CROSS}l-{CROSS},{CROSS}"
+            inside = place(engine.points(boundary.inside))
+            marks = "".join(f"M{x - CROSS / 2:g},{y - CROSS / 2:g}{arm}" for x, y in inside)
+            lines.append(f'<path class="inside" d="{marks}"/>')
+        lines.append("</g>")
+    return "\n".join([*lines, "</svg>\n"])
+
+
+def _colours(palette: list[str], count: int) -> str:
+    return "\n".join(f".object{i} {{ color: {c} }}" for i, c in enumerate(palette[:count]))
+
+
+def _text(name: str) -> str:
+    return escape(FORBIDDEN.sub("\ufffd", name))

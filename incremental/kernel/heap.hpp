@@ -1,0 +1,56 @@
+// A priority queue of four children a node: half as deep as a binary one, and the children of a
+// node mostly share a cache line.
+//
+// Before(a, b) says whether a comes before b; the first to come is on top.
+// Cost: push O(log4 n), pop O(4 log4 n) comparisons.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace flintknap {
+
+template <class T, class Before>
+class Heap {
+   public:
+    explicit Heap(Before before) : before_(before) {}
+
+    bool empty() const { return items_.empty(); }
+    void clear() { items_.clear(); }
+    const T& top() const { return items_.front(); }
+
+    void push(const T& item) {
+        items_.push_back(item);
+        std::size_t n = items_.size() - 1;
+        for (; n > 0 && before_(item, items_[(n - 1) / 4]); n = (n - 1) / 4) {
+            items_[n] = items_[(n - 1) / 4];
+        }
+        items_[n] = item;
+    }
+
+    T pop() {
+        T first = items_.front(), last = items_.back();
+        items_.pop_back();
+        std::size_t n = 0, size = items_.size();
+        if (size == 0) return first;
+        for (std::size_t child = 1; child < size; child = 4 * n + 1) {
+            std::size_t best = child, end = std::min(child + 4, size);
+            while (++child < end) {
+                if (before_(items_[child], items_[best])) best = child;
+            }
+            if (!before_(items_[best], last)) break;
+            items_[n] = items_[best];
+            n = best;
+        }
+        items_[n] = last;
+        return first;
+    }
+
+   private:
+    Before before_;
+    std::vector<T> items_;
+};
+
+}  // namespace flintknap
