@@ -72,6 +72,33 @@ class Kernel {
         return to_numpy(std::move(ids));
     }
 
+    // Takes one away from the multiplicity of a point; false if there is no point with that id.
+    bool remove(std::int64_t id) {
+        auto lock = take_turn();
+        Index handle = object_.points().find(id);
+        if (handle != kNone) object_.remove(handle);
+        return handle != kNone;
+    }
+
+    // The same for ids that are all known, none more often than its multiplicity.
+    void remove_many(Ids ids) {
+        alone([&] {
+            for (std::size_t i = 0; i < ids.shape(0); ++i) {
+                object_.remove(object_.points().find(ids(i)));
+            }
+        });
+    }
+
+    auto ids() {
+        auto lock = take_turn();
+        return to_numpy(object_.points().ids());
+    }
+
+    std::int64_t revision() {
+        auto lock = take_turn();
+        return object_.points().revision();
+    }
+
     std::size_t size() {
         auto lock = take_turn();
         return object_.points().size();
@@ -100,18 +127,20 @@ class Kernel {
         std::vector<double> xy;
         xy.reserve(2 * ids.shape(0));
         for (std::size_t i = 0; i < ids.shape(0); ++i) {
-            Point p = object_.points().point(static_cast<Index>(ids(i)));
+            Point p = object_.points().point(object_.points().find(ids(i)));
             xy.push_back(p.x);
             xy.push_back(p.y);
         }
         return to_numpy(std::move(xy), 2);
     }
 
+    // How often each point is there; 0 if there is no point with that id.
     auto multiplicity(Ids ids) {
         auto lock = take_turn();
         std::vector<std::int64_t> out(ids.shape(0));
         for (std::size_t i = 0; i < out.size(); ++i) {
-            out[i] = object_.points().multiplicity(static_cast<Index>(ids(i)));
+            Index handle = object_.points().find(ids(i));
+            out[i] = handle == kNone ? 0 : object_.points().multiplicity(handle);
         }
         return to_numpy(std::move(out));
     }
@@ -126,7 +155,7 @@ class Kernel {
             ids.reserve(at(t.size() - c.left_inside()));
             Index v = t.smallest();
             do {
-                ids.push_back(object_.points().id(v));
+                ids.push_back(object_.points().id_in_slot(v));
                 v = c.following(v);
             } while (v != t.smallest());
         }
@@ -138,8 +167,9 @@ class Kernel {
         auto lock = settled();
         const Triangulation& t = object_.triangulation();
         std::vector<std::int64_t> ids;
-        for (Index v = 0; !t.is_flat() && v < t.size(); ++v) {
-            if (!object_.constriction().on_ring(v)) ids.push_back(object_.points().id(v));
+        for (Index v = 0; !t.is_flat() && v < t.slots(); ++v) {
+            if (t.is_site(v) && !object_.constriction().on_ring(v))
+                ids.push_back(object_.points().id_in_slot(v));
         }
         return to_numpy(std::move(ids));
     }
@@ -155,9 +185,9 @@ class Kernel {
         const Mesh& m = object_.triangulation().mesh();
         std::vector<std::int64_t> ids;
         for (Index x = 0; x < m.triangles(); ++x) {
-            if (m.is_ghost(x)) continue;
+            if (m.is_free(x) || m.is_ghost(x)) continue;
             for (Index h = 3 * x; h < 3 * x + 3; ++h)
-                ids.push_back(object_.points().id(m.origin(h)));
+                ids.push_back(object_.points().id_in_slot(m.origin(h)));
         }
         return to_numpy(std::move(ids), 3);
     }
@@ -168,8 +198,8 @@ class Kernel {
         const Mesh& m = object_.triangulation().mesh();
         std::vector<std::int64_t> ids;
         for (Index h : edges_of(object_.triangulation(), graph)) {
-            ids.push_back(object_.points().id(m.origin(h)));
-            ids.push_back(object_.points().id(m.target(h)));
+            ids.push_back(object_.points().id_in_slot(m.origin(h)));
+            ids.push_back(object_.points().id_in_slot(m.target(h)));
         }
         return to_numpy(std::move(ids), 2);
     }
@@ -181,8 +211,8 @@ class Kernel {
         std::vector<double> out;
         out.reserve(2 * a.shape(0));
         for (std::size_t i = 0; i < a.shape(0); ++i) {
-            Index h = t.edge_between(object_.points().slot(static_cast<Index>(a(i))),
-                                     object_.points().slot(static_cast<Index>(b(i))));
+            Index h = t.edge_between(object_.points().slot(object_.points().find(a(i))),
+                                     object_.points().slot(object_.points().find(b(i))));
             constexpr double none = std::numeric_limits<double>::quiet_NaN();
             Gamma g = h == kNone ? Gamma{none, none} : gamma_of_edge(t, h);
             out.push_back(g.gamma0);
@@ -286,6 +316,10 @@ NB_MODULE(_kernel, m) {
         .def(nb::init<>())
         .def("insert", &Kernel::insert, "x"_a, "y"_a)
         .def("insert_many", &Kernel::insert_many, "x"_a, "y"_a)
+        .def("remove", &Kernel::remove, "id"_a)
+        .def("remove_many", &Kernel::remove_many, "ids"_a)
+        .def("ids", &Kernel::ids)
+        .def("revision", &Kernel::revision)
         .def("__len__", &Kernel::size)
         .def("side", &Kernel::side, "x"_a, "y"_a)
         .def("side_many", &Kernel::side_many, "x"_a, "y"_a)

@@ -28,6 +28,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <string>
 #include <vector>
 
@@ -55,17 +56,17 @@ class Constriction {
         event_of_.assign(at(m.triangles()), kNone);
         holder_.assign(at(m.vertices()), kNone);
         following_.assign(at(m.vertices()), kNone);
-        left_inside_ = m.vertices();
+        left_inside_ = t_.size();
         forget_changes();
         Openings heap(Sooner{*this});
         for (Index x = 0; x < m.triangles(); ++x) {
-            if (!m.is_ghost(x)) continue;
+            if (m.is_free(x) || !m.is_ghost(x)) continue;
             Index h = m.twin(m.hull_edge(x));
             hold(m.origin(h), Forest::kRoot);
             following_[at(m.origin(h))] = m.target(h);
         }
         for (Index x = 0; x < m.triangles(); ++x) {
-            if (!m.is_ghost(x)) continue;
+            if (m.is_free(x) || !m.is_ghost(x)) continue;
             Index h = m.twin(m.hull_edge(x));
             if (!on_ring(m.apex(h))) heap.push(opening(h, Forest::kRoot));
         }
@@ -94,25 +95,35 @@ class Constriction {
     void created(const std::vector<Index>& triangles) {
         const Mesh& m = t_.mesh();
         event_of_.resize(at(m.triangles()), kNone);
-        while (holder_.size() < at(m.vertices())) {
-            holder_.push_back(kNone);
-            following_.push_back(kNone);
-            freed_.push_back(static_cast<Index>(holder_.size()) - 1);
-            ++left_inside_;
-        }
         created_.insert(created_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
             if (!m.is_ghost(x)) continue;
             Index h = m.hull_edge(x);
             for (Index v : {m.origin(h), m.target(h)}) {
-                if (!on_ring(v)) hold(v, Forest::kRoot);
+                if (holder_[at(v)] == Forest::kRoot) continue;
+                if (on_ring(v)) kill(holder_[at(v)]);
+                hold(v, Forest::kRoot);
             }
         }
+    }
+
+    // A site got slot v; to be said before created. Nobody holds it yet.
+    void appeared(Index v) {
+        holder_.resize(std::max(holder_.size(), at(v) + 1), kNone);
+        following_.resize(holder_.size(), kNone);
+        release(v);
+    }
+
+    // The site in slot v is gone, and nobody holds it any more; to be said after destroying.
+    void vanished(Index v) {
+        assert(!on_ring(v));
+        --left_inside_;
     }
 
     void repair() {
         const Mesh& m = t_.mesh();
         for (Index x : created_) {
+            if (m.is_free(x)) continue;  // gone again since
             if (m.is_ghost(x)) {
                 offer(m.twin(m.hull_edge(x)));
             } else {
@@ -166,6 +177,7 @@ class Constriction {
             }
         }
         for (Index v = 0; v < m.vertices(); ++v) {
+            if (!t_.is_site(v)) continue;
             if (on_ring(v) != other.on_ring(v)) {
                 return "vertex " + std::to_string(v) + (on_ring(v) ? " is" : " is not") +
                        " on the ring, from scratch it is otherwise";
@@ -288,7 +300,7 @@ class Constriction {
     void offer_gates_of_freed() {
         const Mesh& m = t_.mesh();
         for (Index v : freed_) {
-            if (on_ring(v)) continue;
+            if (on_ring(v) || !t_.is_site(v)) continue;
             Index first = m.leaving(v), h = first;
             do {
                 offer(Mesh::next(h));
@@ -301,6 +313,7 @@ class Constriction {
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
     void mend_ring(Index x) {
         const Mesh& m = t_.mesh();
+        if (m.is_free(x)) return;
         bool inside = is_inside(x);
         for (Index h = 3 * x; h < 3 * x + 3; ++h) {
             Index o = m.twin(h);

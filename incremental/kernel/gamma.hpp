@@ -57,7 +57,8 @@ inline std::vector<Index> edges_of(const Triangulation& t, Graph graph) {
     const Mesh& m = t.mesh();
     std::vector<Index> edges;
     for (Index h = 0; h < 3 * m.triangles(); ++h) {
-        if (h > m.twin(h) || m.origin(h) == kGhost || m.target(h) == kGhost) continue;
+        if (m.is_free(Mesh::triangle(h)) || h > m.twin(h)) continue;
+        if (m.origin(h) == kGhost || m.target(h) == kGhost) continue;
         if (in_graph(t, h, graph)) edges.push_back(h);
     }
     return edges;

@@ -29,6 +29,7 @@ class Hints {
     void make_room() {
         if (nodes_.capacity() < nodes_.size() + kSteps + 1) {
             nodes_.reserve(2 * nodes_.size() + kSteps + 1);
+            free_.reserve(nodes_.capacity());  // so that remove cannot fail, either
         }
     }
 
@@ -49,11 +50,33 @@ class Hints {
                 while (other.steps < cursor.steps) other.step();
                 Node finer = kEmpty;
                 finer[other.step()] = there;
-                there = link(static_cast<Index>(nodes_.size()));
-                nodes_.push_back(finer);
+                there = link(make_node(finer));
                 nodes_[at(node)][cell] = there;
             }
             node = link(there);
+        }
+    }
+
+    // Forgets a site at p, if it was added; nodes left empty go with it.
+    void remove(Point p, Index site) {
+        if (nodes_.empty()) return;
+        std::array<Index, kSteps> node;
+        std::array<std::size_t, kSteps> cell;
+        Cursor cursor(p);
+        Index next = 0;
+        int depth = -1;
+        do {
+            ++depth;
+            node[at(depth)] = next;
+            cell[at(depth)] = cursor.step();
+            next = link(nodes_[at(next)][cell[at(depth)]]);
+        } while (next >= 0);
+        if (link(next) != site) return;
+        for (;; --depth) {
+            Node& cells = nodes_[at(node[at(depth)])];
+            cells[cell[at(depth)]] = kNone;
+            if (depth == 0 || cells != kEmpty) return;
+            free_.push_back(node[at(depth)]);
         }
     }
 
@@ -64,13 +87,17 @@ class Hints {
         for (Index node = 0;;) {
             const Node& cells = nodes_[at(node)];
             Index there = cells[cursor.step()];
-            for (std::size_t c = 0; there == kNone; ++c) there = cells[c];  // no node is empty
+            // no node is empty, but for the root
+            for (std::size_t c = 0; there == kNone && c < cells.size(); ++c) there = cells[c];
+            if (there == kNone) return kNone;
             if (there >= 0) return there;
             node = link(there);
         }
     }
 
-    std::size_t bytes() const { return nodes_.capacity() * sizeof(Node); }
+    std::size_t bytes() const {
+        return nodes_.capacity() * sizeof(Node) + free_.capacity() * sizeof(Index);
+    }
 
    private:
     static constexpr int kSteps = 32;
@@ -79,6 +106,17 @@ class Hints {
     using Node = std::array<Index, 16>;
     static constexpr Node kEmpty = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
     static Index link(Index node) { return -2 - node; }
+
+    Index make_node(const Node& node) {
+        if (free_.empty()) {
+            nodes_.push_back(node);
+            return static_cast<Index>(nodes_.size()) - 1;
+        }
+        Index n = free_.back();
+        free_.pop_back();
+        nodes_[at(n)] = node;
+        return n;
+    }
 
     // Walks down the cells that hold one place.
     struct Cursor {
@@ -102,6 +140,7 @@ class Hints {
     };
 
     std::vector<Node> nodes_;
+    std::vector<Index> free_;  // nodes not in use
 };
 
 }  // namespace flintknap

@@ -13,6 +13,9 @@
 // Beyond each hull edge stands a ghost triangle, whose third corner is the vertex kGhost: so every
 // half-edge has a twin, and the triangulation has no boundary to treat apart.
 //
+// Triangles that were removed wait in a list to be used again, strung along the twins of their
+// first half-edges. A vertex that was removed has no half-edge leaving it.
+//
 // Invariants (check): twin is an involution without fixed points; twins share their end points;
 // leaving(v) is a half-edge with origin v.
 // Cost: 24 bytes a triangle, 4 a vertex.
@@ -30,6 +33,7 @@ using Index = std::int32_t;
 
 constexpr Index kNone = -1;
 constexpr Index kGhost = -1;
+constexpr Index kFree = -2;  // origin of the first half-edge of a triangle that is not in use
 
 inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -49,8 +53,11 @@ class Mesh {
     Index apex(Index h) const { return origin(prev(h)); }
     Index leaving(Index v) const { return leaving_[at(v)]; }
 
+    // Numbers up to these are or were in use.
     Index triangles() const { return static_cast<Index>(edges_.size() / 3); }
     Index vertices() const { return static_cast<Index>(leaving_.size()); }
+    bool is_free(Index t) const { return origin(3 * t) == kFree; }
+    bool is_vertex(Index v) const { return leaving_[at(v)] != kNone; }
     bool is_ghost(Index t) const {
         return origin(3 * t) == kGhost || origin(3 * t + 1) == kGhost ||
                origin(3 * t + 2) == kGhost;
@@ -78,8 +85,21 @@ class Mesh {
     }
     void add_vertex() { leaving_.push_back(kNone); }
     Index add_triangle() {
+        if (free_ != kNone) {
+            Index t = free_;
+            free_ = twin(3 * t);
+            return t;
+        }
         edges_.resize(edges_.size() + 3);
         return triangles() - 1;
+    }
+    void remove_triangle(Index t) {
+        edges_[at(3 * t)] = {kFree, free_};
+        free_ = t;
+    }
+    void remove_all_triangles() {
+        edges_.clear();
+        free_ = kNone;
     }
     void set_triangle(Index t, Index a, Index b, Index c) {
         edges_[at(3 * t)].origin = a;
@@ -94,6 +114,10 @@ class Mesh {
         if (v != kGhost) leaving_[at(v)] = h;
     }
 
+    void set_leaving_corners(Index t) {
+        for (Index h = 3 * t; h < 3 * t + 3; ++h) set_leaving(origin(h), h);
+    }
+
     std::size_t bytes() const {
         return edges_.capacity() * sizeof(HalfEdge) + leaving_.capacity() * sizeof(Index);
     }
@@ -101,8 +125,9 @@ class Mesh {
     // The first broken invariant, or nothing. O(n).
     std::string check() const {
         for (Index h = 0; h < 3 * triangles(); ++h) {
+            if (is_free(triangle(h))) continue;
             Index o = twin(h);
-            if (o < 0 || o >= 3 * triangles() || o == h || twin(o) != h) {
+            if (o < 0 || o >= 3 * triangles() || is_free(triangle(o)) || o == h || twin(o) != h) {
                 return "half-edge " + std::to_string(h) + ": its twin " + std::to_string(o) +
                        " does not point back";
             }
@@ -113,6 +138,7 @@ class Mesh {
         }
         for (Index v = 0; triangles() > 0 && v < vertices(); ++v) {
             Index h = leaving(v);
+            if (!is_vertex(v)) continue;
             if (h < 0 || h >= 3 * triangles() || origin(h) != v) {
                 return "vertex " + std::to_string(v) + ": half-edge " + std::to_string(h) +
                        " does not leave it";
@@ -124,6 +150,7 @@ class Mesh {
    private:
     std::vector<HalfEdge> edges_;
     std::vector<Index> leaving_;
+    Index free_ = kNone;
 };
 
 }  // namespace flintknap

@@ -1,15 +1,17 @@
 // One object: its points and all that is derived from them, brought up to date when asked.
 //
-// Theory. Points that arrive only wait. Before a query they are settled: placed in the
-// triangulation in biased randomised order, and the constriction repaired around them if they are
-// few, or made from scratch if they are many. Both give the same result, so which one is taken is
-// a matter of cost alone, and so is how long points have waited.
+// Theory. Points that arrive only wait; points that leave do so at once, from among those that wait
+// or from the triangulation. Before a query the rest is settled: those that wait are placed in the
+// triangulation in biased randomised order, and the constriction is repaired around all changes
+// since the last query if they are few, or made from scratch if they are many. Both give the same
+// result, so which one is taken is a matter of cost alone, and so is how long points have waited.
 //
 // Interrupts and ends of memory: settling may stop between two points. Those placed stay placed,
 // the others wait on, the constriction is made from scratch next time; nothing is lost.
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "constriction.hpp"
@@ -29,7 +31,7 @@ class Object {
     const Triangulation& triangulation() const { return triangulation_; }
     const Constriction& constriction() const { return constriction_; }
 
-    Index insert(Point p) {
+    std::int64_t insert(Point p) {
         points_.make_room(1);
         return points_.add(p);
     }
@@ -38,6 +40,16 @@ class Object {
     void insert(std::size_t n, PointOf point, std::int64_t* ids) {
         points_.make_room(n);
         points_.add(n, point, ids);
+    }
+
+    // Takes one away from the multiplicity of a point, and the point itself with the last one.
+    void remove(Index handle) {
+        if (points_.multiplicity(handle) > 1) {
+            points_.take_one(handle);
+            return;
+        }
+        if (points_.slot(handle) >= 0) remove_site(points_.slot(handle));
+        points_.remove(handle);
     }
 
     bool is_placed() const { return points_.waiting().empty(); }
@@ -50,17 +62,14 @@ class Object {
     // Places the points that wait. `poll` is called now and then and may throw to interrupt.
     template <class Poll>
     void place(Poll poll) {
-        std::size_t waiting = points_.waiting().size(), placed = at(triangulation_.size());
-        bool few =
-            state_ != State::stale && !triangulation_.is_flat() && waiting <= 1 + placed / kFew;
-        state_ = State::stale;
+        State before = expect_changes(points_.waiting().size());
         try {
-            if (few) {
-                place_waiting(constriction_, poll);
-                state_ = State::changed;
-            } else {
+            if (before == State::stale) {
                 Nobody nobody;
                 place_waiting(nobody, poll);
+            } else {
+                place_waiting(constriction_, poll);
+                state_ = State::changed;
             }
         } catch (...) {
             points_.drop_placed();
@@ -81,6 +90,7 @@ class Object {
             constriction_.build();
         }
         state_ = State::fresh;
+        changes_ = 0;
     }
 
     std::size_t bytes() const {
@@ -99,8 +109,29 @@ class Object {
     // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
     enum class State { fresh, changed, stale };
 
-    // One waiting point in so many placed ones is few: repairs cost less than a run from scratch.
+    // One change to so many sites is few: repairs cost less than a run from scratch.
     static constexpr std::size_t kFew = 1024;
+
+    // The state to start n changes from: stale if they are better not followed. Until they are
+    // done, and for good if they fail midway, the constriction is stale.
+    State expect_changes(std::size_t n) {
+        changes_ += n;
+        bool few = !triangulation_.is_flat() && changes_ <= 1 + at(triangulation_.size()) / kFew;
+        return few ? std::exchange(state_, State::stale) : state_ = State::stale;
+    }
+
+    void remove_site(Index slot) {
+        if (expect_changes(1) == State::stale) {
+            Nobody nobody;
+            triangulation_.remove(slot, nobody);
+            return;
+        }
+        triangulation_.remove(slot, constriction_);
+        if (triangulation_.is_flat()) return;
+        constriction_.vanished(slot);
+        constriction_.created(triangulation_.created());
+        state_ = State::changed;
+    }
 
     template <class Observer, class Poll>
     void place_waiting(Observer& observer, Poll& poll) {
@@ -120,7 +151,8 @@ class Object {
             Index item = order[i].item;
             bool near = dense && i > 0 && order[i].key != order[i - 1].key;
             last = triangulation_.insert(waiting[at(item)].point, near ? last : kNone, observer);
-            points_.place_next(item);
+            points_.placed(item, last);
+            observer.appeared(last);
             observer.created(triangulation_.created());
         }
     }
@@ -129,6 +161,7 @@ class Object {
     Points points_{triangulation_};
     Constriction constriction_{triangulation_};
     State state_ = State::fresh;
+    std::size_t changes_ = 0;  // since the constriction was fresh
 };
 
 }  // namespace flintknap

@@ -1,13 +1,15 @@
 // The set of points as its users know it: ids, multiplicities, and which are not yet placed.
 //
-// Theory. A point gets an id on its first arrival, counting up from 0, and a slot in the
-// triangulation when a query needs it; until then it waits. Equal points are found by a hash table
-// of ids with linear probing, whose entries carry 32 bits of the hash, so that a look-up touches
-// coordinates only where it will most likely find them equal.
+// Theory. A point gets an id on its first arrival, counting up from 0 and never used again, and a
+// slot in the triangulation when a query needs it; until then it waits. Inside, a point that is
+// alive has a handle, which is used again. Equal points are found by a hash table of handles with
+// linear probing, whose entries carry 32 bits of the hash, so that a look-up touches coordinates
+// only where it will most likely find them equal; entries behind a removed one move up, so there
+// are no tombstones.
 //
-// Invariants (check): each id is found under its coordinates; an id either has a slot, which knows
-// the id, or waits.
-// Cost: O(1) expected a point; 28 bytes a point, 24 more while it waits.
+// Invariants (check): each point is found under its coordinates and under its id; it either has a
+// slot, which knows its handle, or waits.
+// Cost: O(1) expected a point; about 44 bytes a point, 24 more while it waits.
 #pragma once
 
 #include <cstring>
@@ -15,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "ids.hpp"
 #include "order.hpp"
 #include "triangulation.hpp"
 
@@ -27,35 +30,42 @@ class Points {
 
     struct Waiting {
         Point point;
-        Index id;
+        Index handle;
     };
 
     explicit Points(const Triangulation& triangulation) : t_(triangulation) {}
 
-    std::size_t size() const { return slot_of_.size(); }
+    std::size_t size() const { return points_.size() - free_.size(); }
+    // How many times the set has changed.
+    std::int64_t revision() const { return revision_; }
     const std::vector<Waiting>& waiting() const { return waiting_; }
-    Index id(Index slot) const { return id_of_[at(slot)]; }
+    std::vector<std::int64_t> ids() const { return ids_.all(); }
+
+    // The handle of the point with an id, or kNone.
+    Index find(std::int64_t id) const { return ids_.find(id); }
+    std::int64_t id_in_slot(Index slot) const { return at_handle(handle_of_[at(slot)]).id; }
     // The slot of a point that is placed, negative while it waits.
-    Index slot(Index id) const { return slot_of_[at(id)]; }
-    Index multiplicity(Index id) const { return multiplicity_[at(id)]; }
-    Point point(Index id) const {
-        Index s = slot(id);
+    Index slot(Index handle) const { return at_handle(handle).slot; }
+    Index multiplicity(Index handle) const { return at_handle(handle).multiplicity; }
+    Point point(Index handle) const {
+        Index s = slot(handle);
         return s >= 0 ? t_.site(s) : waiting_[at(~s)].point;
     }
 
     // Room for n more, found before anything is changed.
     void make_room(std::size_t n) {
-        std::size_t need = size() + n;
-        if (need > kMost) throw std::length_error("more points than the kernel can number");
-        grow(slot_of_, need);
-        grow(multiplicity_, need);
-        grow(id_of_, need);
+        std::size_t need = points_.size() + n;
+        if (size() + n > kMost) throw std::length_error("more points than the kernel can number");
+        grow(points_, need);
+        grow(handle_of_, need);
+        grow(free_, need);
         grow(waiting_, waiting_.size() + n);
-        if (4 * need > 3 * table_.size()) rehash(need);
+        ids_.make_room(n);
+        if (4 * (size() + n) > 3 * table_.size()) rehash(size() + n);
     }
 
     // The id of a point, new or old. make_room first.
-    Index add(Point p) { return add(p, hash(p)); }
+    std::int64_t add(Point p) { return add(p, hash(p)); }
 
     // The same for n points at once; the table is fetched ahead of its use.
     template <class PointOf>
@@ -66,24 +76,45 @@ class Points {
             if (i >= ahead) ids[i - ahead] = add(point(i - ahead), hashes[i % ahead]);
             if (i < n) {
                 hashes[i % ahead] = hash(point(i));
-                __builtin_prefetch(&table_[place(hashes[i % ahead])]);
+                __builtin_prefetch(&table_[home(hashes[i % ahead])]);
             }
         }
     }
 
-    // Notes that waiting()[item] now has the next slot.
-    void place_next(Index item) {
-        Index id = waiting_[at(item)].id;
-        slot_of_[at(id)] = static_cast<Index>(id_of_.size());
-        id_of_.push_back(id);
+    // Takes one away from a point's multiplicity, which is more than one.
+    void take_one(Index handle) { --points_[at(handle)].multiplicity; }
+
+    // Removes a point. Its slot, if it has one, is the triangulation's business, and still names
+    // its coordinates.
+    void remove(Index handle) {
+        Point p = point(handle);
+        unlink(find(p, hash(p)));
+        ids_.remove(at_handle(handle).id);
+        Index s = slot(handle);
+        if (s < 0) {
+            waiting_[at(~s)] = waiting_.back();
+            points_[at(waiting_.back().handle)].slot = s;
+            waiting_.pop_back();
+        }
+        points_[at(handle)].multiplicity = 0;
+        free_.push_back(handle);
+        ++revision_;
+    }
+
+    // Notes that waiting()[item] now has a slot.
+    void placed(Index item, Index slot) {
+        Index handle = waiting_[at(item)].handle;
+        points_[at(handle)].slot = slot;
+        if (handle_of_.size() <= at(slot)) handle_of_.resize(at(slot) + 1);
+        handle_of_[at(slot)] = handle;
     }
 
     // Drops from those that wait the ones that have been placed.
     void drop_placed() {
         std::size_t left = 0;
         for (const Waiting& w : waiting_) {
-            if (slot(w.id) >= 0) continue;
-            slot_of_[at(w.id)] = ~static_cast<Index>(left);
+            if (slot(w.handle) >= 0) continue;
+            points_[at(w.handle)].slot = ~static_cast<Index>(left);
             waiting_[left++] = w;
         }
         waiting_.resize(left);
@@ -92,28 +123,40 @@ class Points {
 
     std::size_t bytes() const {
         return table_.capacity() * sizeof(Entry) + waiting_.capacity() * sizeof(Waiting) +
-               (slot_of_.capacity() + id_of_.capacity() + multiplicity_.capacity()) * sizeof(Index);
+               points_.capacity() * sizeof(Known) + ids_.bytes() +
+               (handle_of_.capacity() + free_.capacity()) * sizeof(Index);
     }
 
     // The first broken invariant, or nothing. O(n).
     std::string check() const {
-        for (Index i = 0; at(i) < size(); ++i) {
-            Point p = point(i);
-            const Entry& e = table_[find(p, hash(p))];
-            if (e.id != i) return "point " + std::to_string(i) + " is not found by its coordinates";
-            Index s = slot(i);
-            if (s >= 0 ? id(s) != i : waiting_[at(~s)].id != i) {
-                return "point " + std::to_string(i) + " is not where its slot says";
+        std::size_t alive = 0, waiting = 0;
+        for (std::int64_t id : ids_.all()) {
+            Index h = find(id);
+            Point p = point(h);
+            std::string name = "point " + std::to_string(id);
+            if (table_[find(p, hash(p))].handle != h) return name + " is not found where it is";
+            if (at_handle(h).id != id) return name + " has another id";
+            if (multiplicity(h) < 1) return name + " is not there at all";
+            Index s = slot(h);
+            if (s >= 0 ? handle_of_[at(s)] != h : waiting_[at(~s)].handle != h) {
+                return name + " is not where its slot says";
             }
+            ++alive;
+            waiting += s < 0;
         }
-        if (id_of_.size() + waiting_.size() != size()) return "slots and ids differ in number";
-        return id_of_.size() == at(t_.size()) ? "" : "the triangulation has other slots";
+        if (alive != size() || waiting != waiting_.size()) return "miscounted the points";
+        return alive - waiting == at(t_.size()) ? "" : "the triangulation has other points";
     }
 
    private:
     struct Entry {
         std::uint32_t hash;
-        Index id;
+        Index handle;
+    };
+    struct Known {
+        std::int64_t id;
+        Index slot;  // ~(place among those that wait) while it waits
+        Index multiplicity;
     };
 
     template <class T>
@@ -128,30 +171,52 @@ class Points {
         return static_cast<std::uint32_t>(mix(x ^ mix(y)) >> 32);
     }
 
-    // The table's size is a power of two; the upper bits of the hash choose the place.
-    std::size_t place(std::uint32_t hash) const {
+    const Known& at_handle(Index handle) const { return points_[at(handle)]; }
+
+    // Where the search for a hash begins: its upper bits, the table's size being a power of two.
+    std::size_t home(std::uint32_t hash) const {
         return static_cast<std::size_t>((std::uint64_t{hash} * table_.size()) >> 32);
     }
+    std::size_t after(std::size_t n) const { return (n + 1) & (table_.size() - 1); }
 
     // The entry of p, or the empty one where it belongs.
     std::size_t find(Point p, std::uint32_t hash) const {
-        std::size_t n = place(hash);
-        while (table_[n].id != kNone && !(table_[n].hash == hash && point(table_[n].id) == p)) {
-            n = (n + 1) % table_.size();
+        std::size_t n = home(hash);
+        while (table_[n].handle != kNone &&
+               !(table_[n].hash == hash && point(table_[n].handle) == p)) {
+            n = after(n);
         }
         return n;
     }
 
-    Index add(Point p, std::uint32_t hash) {
+    std::int64_t add(Point p, std::uint32_t hash) {
         Entry& e = table_[find(p, hash)];
-        if (e.id == kNone) {
-            e = {hash, static_cast<Index>(size())};
-            slot_of_.push_back(~static_cast<Index>(waiting_.size()));
-            multiplicity_.push_back(0);
-            waiting_.push_back({p, e.id});
+        if (e.handle == kNone) {
+            e = {hash, static_cast<Index>(points_.size())};
+            if (free_.empty()) {
+                points_.push_back({});
+            } else {
+                e.handle = free_.back();
+                free_.pop_back();
+            }
+            points_[at(e.handle)] = {ids_.add(e.handle), ~static_cast<Index>(waiting_.size()), 0};
+            waiting_.push_back({p, e.handle});
+            ++revision_;
         }
-        ++multiplicity_[at(e.id)];
-        return e.id;
+        Known& known = points_[at(e.handle)];
+        ++known.multiplicity;
+        return known.id;
+    }
+
+    // Empties entry n and moves up those behind it that would not be found past a gap.
+    void unlink(std::size_t n) {
+        for (std::size_t m = after(n); table_[m].handle != kNone; m = after(m)) {
+            std::size_t mask = table_.size() - 1, from = home(table_[m].hash);
+            if (((m - from) & mask) < ((m - n) & mask)) continue;  // its search begins behind n
+            table_[n] = table_[m];
+            n = m;
+        }
+        table_[n].handle = kNone;
     }
 
     void rehash(std::size_t need) {
@@ -160,19 +225,21 @@ class Points {
         std::vector<Entry> old(room, Entry{0, kNone});
         table_.swap(old);
         for (const Entry& e : old) {
-            if (e.id == kNone) continue;
-            std::size_t n = place(e.hash);
-            while (table_[n].id != kNone) n = (n + 1) % room;
+            if (e.handle == kNone) continue;
+            std::size_t n = home(e.hash);
+            while (table_[n].handle != kNone) n = after(n);
             table_[n] = e;
         }
     }
 
     const Triangulation& t_;
+    Ids ids_;
     std::vector<Entry> table_;
-    std::vector<Index> slot_of_;       // by id; ~(place among those that wait) while it waits
-    std::vector<Index> multiplicity_;  // by id
-    std::vector<Index> id_of_;         // by slot
+    std::vector<Known> points_;     // by handle
+    std::vector<Index> free_;       // handles not in use
+    std::vector<Index> handle_of_;  // by slot
     std::vector<Waiting> waiting_;
+    std::int64_t revision_ = 0;
 };
 
 }  // namespace flintknap

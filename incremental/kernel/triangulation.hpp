@@ -1,4 +1,4 @@
-// The canonical Delaunay triangulation of a growing set of sites.
+// The canonical Delaunay triangulation of a set of sites that come and go.
 //
 // Theory. A new site p is in conflict with a triangle if it lies inside its circle, ties broken by
 // coordinates (in_circle_perturbed), and with the ghost beyond a hull edge if it lies strictly
@@ -14,21 +14,25 @@
 //        o---o                o---o
 //      (any cavity)       (a fan about p)
 //
-// As long as all sites lie on one line there are no triangles; the first site off it builds one
-// and the others follow. Sites are numbered by slots in the order in which they are placed.
+// When a site leaves, the hole in its place is filled (hole.hpp), with two triangles less.
+//
+// As long as all sites lie on one line there are no triangles; the first site off it makes a fan
+// about itself, and when the last such site leaves, the triangles go. Sites are numbered by slots
+// in the order in which they are placed; slots that became free are used again.
 //
 // Invariants (check): those of the mesh; every triangle turns left; every edge is Delaunay in the
 // perturbed sense; every ghost stands on a hull edge and the hull is convex.
 // Cost: O(1) expected changes for a site in random order, and a walk to it, O(log n) expected with
-// Hints; O(degree) in the worst case, which a set in order along a curve does reach.
+// Hints; O(degree) in the worst case, which a set in order along a curve does reach. A removal
+// costs what filling its hole does.
 #pragma once
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 #include <vector>
 
 #include "hints.hpp"
+#include "hole.hpp"
 #include "mesh.hpp"
 #include "predicates.hpp"
 
@@ -38,6 +42,7 @@ namespace flintknap {
 struct Nobody {
     void destroying(const std::vector<Index>&) {}
     void created(const std::vector<Index>&) {}
+    void appeared(Index) {}
 };
 
 class Triangulation {
@@ -50,11 +55,14 @@ class Triangulation {
     };
 
     const Mesh& mesh() const { return mesh_; }
-    const std::vector<Point>& sites() const { return sites_; }
+    const Sites& sites() const { return sites_; }
     Point site(Index v) const { return sites_[at(v)]; }
-    Index size() const { return static_cast<Index>(sites_.size()); }
+    // How many sites there are; they have slots below slots(), some of which may be free.
+    Index size() const { return slots() - static_cast<Index>(free_slots_.size()); }
+    Index slots() const { return static_cast<Index>(sites_.size()); }
+    bool is_site(Index v) const { return mesh_.is_vertex(v); }
     bool is_flat() const { return mesh_.triangles() == 0; }
-    // The lexicographically smallest site; it is always a hull vertex.
+    // The lexicographically smallest site, a hull vertex. Needs triangles.
     Index smallest() const { return smallest_; }
 
     void reserve(std::size_t n) {
@@ -68,27 +76,49 @@ class Triangulation {
     // changed.
     template <class Observer>
     Index insert(Point p, Index start, Observer& observer) {
-        if (sites_.size() == sites_.capacity()) sites_.reserve(2 * sites_.size() + 4);
-        hints_.make_room();
-        Index v = size();
-        if (is_flat()) {
-            bool off_the_line = v >= 2 && orient(site(0), site(1), p) != 0;
-            mesh_.make_room(off_the_line ? 2 * at(v) : 0);
-            if (off_the_line) line_ = sites_on_line();
-            cavity_.clear();
-            add_site(p);
-            if (off_the_line) raise_fan();
-            return v;
-        }
-        mesh_.make_room(2);
+        make_room();
+        if (is_flat()) return insert_flat(p);
         find_cavity(p, walk(p, start_edge(p, start)));
         observer.destroying(cavity_);
-        add_site(p);
+        Index v = add_site(p);
+        if (p < site(smallest_)) smallest_ = v;
         fill_cavity(v);
         return v;
     }
 
-    // The triangles that the last insert made.
+    Index insert(Point p) {
+        Nobody nobody;
+        return insert(p, kNone, nobody);
+    }
+
+    // Removes the site in slot v. `observer` learns which triangles go, while they still stand;
+    // created() tells which came. If memory ends, nothing has changed.
+    template <class Observer>
+    void remove(Index v, Observer& observer) {
+        make_room();
+        if (is_flat()) {
+            cavity_.clear();
+            drop_from_line(v);
+        } else {
+            find_star(v);
+            if (find_line()) {
+                observer.destroying(cavity_);
+                flatten();
+            } else if (rim_.size() <= kSmallHole) {
+                observer.destroying(cavity_);
+                leave_hole(v);
+                SmallHole(mesh_, sites_, rim_).fill(cavity_);
+            } else {
+                LargeHole<Triangulation> hole(sites_, rim_);
+                observer.destroying(cavity_);
+                leave_hole(v);
+                hole.fill(mesh_, cavity_);
+            }
+        }
+        remove_site(v);
+    }
+
+    // The triangles that the last insert or remove made.
     const std::vector<Index>& created() const { return cavity_; }
 
     Location locate(Point q, Index start) const {
@@ -123,13 +153,22 @@ class Triangulation {
     std::string check() const {
         std::string broken = mesh_.check();
         if (!broken.empty()) return broken;
-        for (Index v = 0; v < size(); ++v) {
-            if (site(v) < site(smallest_)) return "site " + std::to_string(v) + " is the smallest";
-            if (is_flat() && v >= 2 && orient(site(0), site(1), site(v)) != 0) {
-                return "site " + std::to_string(v) + " is off the line, yet there are no triangles";
+        Index count = 0;
+        for (Index v = 0; v < slots(); ++v) {
+            if (!is_site(v)) continue;
+            ++count;
+            if (is_flat() ? line_[at(mesh_.leaving(v))] != v : site(v) < site(smallest_)) {
+                return "site " + std::to_string(v) +
+                       (is_flat() ? " is not in its place on the line" : " is the smallest");
             }
         }
+        if (count != size()) return "miscounted the sites";
+        if (line_.size() != (is_flat() ? at(count) : 0)) return "not all sites are on the line";
+        for (Index v : line_) {
+            if (is_off_line(site(v))) return "site " + std::to_string(v) + " is off the line";
+        }
         for (Index h = 0; h < 3 * mesh_.triangles(); ++h) {
+            if (mesh_.is_free(Mesh::triangle(h))) continue;
             broken = check_edge(h);
             if (!broken.empty()) return "half-edge " + std::to_string(h) + ": " + broken;
         }
@@ -137,21 +176,41 @@ class Triangulation {
     }
 
    private:
-    struct RimEdge {
-        Index a, b, outer;  // runs from a to b; `outer` is its twin outside the cavity
-    };
+    // Room for whatever an insert or a remove adds, but for the triangles of a fan.
+    void make_room() {
+        if (sites_.size() == sites_.capacity()) sites_.reserve(2 * sites_.size() + 4);
+        if (free_slots_.capacity() < sites_.capacity()) free_slots_.reserve(sites_.capacity());
+        if (line_.size() == line_.capacity()) line_.reserve(2 * line_.size() + 4);
+        hints_.make_room();
+        mesh_.make_room(2);
+    }
 
-    void add_site(Point p) {
-        Index v = size();
-        mesh_.add_vertex();
-        sites_.push_back(p);
-        if (v == 0 || p < site(smallest_)) smallest_ = v;
-        // A sample keeps the hints small; which sites it takes does not matter.
-        if (v % 4 == 0) hints_.add(p, v, sites_);
+    // A sample keeps the hints small; which sites it takes does not matter.
+    static bool is_sample(Index v) { return v % 4 == 0; }
+
+    Index add_site(Point p) {
+        Index v = slots();
+        if (free_slots_.empty()) {
+            mesh_.add_vertex();
+            sites_.push_back(p);
+        } else {
+            v = free_slots_.back();
+            free_slots_.pop_back();
+            sites_[at(v)] = p;
+        }
+        if (is_sample(v)) hints_.add(p, v, sites_);
+        return v;
+    }
+
+    void remove_site(Index v) {
+        if (is_sample(v)) hints_.remove(site(v), v);
+        mesh_.set_leaving(v, kNone);
+        free_slots_.push_back(v);
     }
 
     Index start_edge(Point p, Index start) const {
         if (start == kNone) start = hints_.near(p);
+        if (start == kNone) start = smallest_;  // no site of the sample is left
         Index h = mesh_.leaving(start);
         // step from a ghost into the triangle under its hull edge
         if (mesh_.target(h) == kGhost) return mesh_.twin(Mesh::prev(h));
@@ -180,26 +239,9 @@ class Triangulation {
         return h;
     }
 
-    bool conflicts(Index t, Point p) const {
-        Index a = mesh_.origin(3 * t), b = mesh_.origin(3 * t + 1), c = mesh_.origin(3 * t + 2);
-        if (a != kGhost && b != kGhost && c != kGhost) {
-            return in_circle_perturbed(site(a), site(b), site(c), p) > 0;
-        }
-        // turn the ghost vertex to c: the hull edge runs from b to a
-        if (a == kGhost) {
-            a = b;
-            b = c;
-        } else if (b == kGhost) {
-            b = a;
-            a = c;
-        }
-        int s = orient(site(a), site(b), p);
-        return s > 0 || (s == 0 && between(site(a), p, site(b)));
-    }
-
-    // For three sites on a line: is p strictly between a and b?
-    static bool between(Point a, Point p, Point b) {
-        return a < b ? a < p && p < b : b < p && p < a;
+    bool is_in_conflict(Index t, Point p) const {
+        return conflicts(sites_, mesh_.origin(3 * t), mesh_.origin(3 * t + 1),
+                         mesh_.origin(3 * t + 2), p);
     }
 
     // Depth first from the triangle of `seed`, edges in counter-clockwise order. No vertex lies
@@ -215,7 +257,7 @@ class Triangulation {
         while (!pending_.empty()) {
             Index h = pending_.back(), o = mesh_.twin(h);
             pending_.pop_back();
-            if (conflicts(Mesh::triangle(o), p)) {
+            if (is_in_conflict(Mesh::triangle(o), p)) {
                 cavity_.push_back(Mesh::triangle(o));
                 pending_.push_back(Mesh::prev(o));
                 pending_.push_back(Mesh::next(o));
@@ -242,13 +284,54 @@ class Triangulation {
         mesh_.set_leaving(v, 3 * last + 2);
     }
 
-    // The slots of the sites on the line so far, in order along it.
-    std::vector<Index> sites_on_line() {
-        std::vector<Index> line(sites_.size());
-        std::iota(line.begin(), line.end(), 0);
-        std::sort(line.begin(), line.end(), [&](Index a, Index b) { return site(a) < site(b); });
-        cavity_.reserve(2 * line.size());
-        return line;
+    // ---------------------------------------------------------------- sites on a line
+    bool is_off_line(Point p) const {
+        return line_.size() >= 2 && orient(site(line_[0]), site(line_[1]), p) != 0;
+    }
+
+    Index insert_flat(Point p) {
+        bool off_line = is_off_line(p);
+        cavity_.clear();
+        if (off_line) {
+            mesh_.make_room(2 * line_.size());
+            cavity_.reserve(2 * line_.size());
+        }
+        Index v = add_site(p);
+        if (off_line) {
+            raise_fan(v);
+        } else {
+            mesh_.set_leaving(v, static_cast<Index>(line_.size()));
+            line_.push_back(v);
+        }
+        return v;
+    }
+
+    void drop_from_line(Index v) {
+        Index place = mesh_.leaving(v), last = line_.back();
+        line_[at(place)] = last;
+        mesh_.set_leaving(last, place);
+        line_.pop_back();
+    }
+
+    // With a star found: do all sites but its centre lie on one line? Then they are its link.
+    bool find_line() {
+        line_.clear();
+        for (const RimEdge& e : rim_) {
+            if (e.a == kGhost) continue;
+            if (is_off_line(site(e.a))) break;
+            line_.push_back(e.a);
+        }
+        if (line_.size() != at(size()) - 1) line_.clear();
+        return !line_.empty();
+    }
+
+    void flatten() {
+        for (std::size_t n = 0; n < line_.size(); ++n) {
+            mesh_.set_leaving(line_[n], static_cast<Index>(n));
+        }
+        mesh_.remove_all_triangles();
+        cavity_.clear();
+        smallest_ = kNone;
     }
 
     // The first site off the line, c: the only triangulation is a fan about it.
@@ -258,8 +341,10 @@ class Triangulation {
     //          /   |   \            the last two beyond line[m] c and c line[0]
     //     line[0] ... line[m]
     //
-    void raise_fan() {
-        Index c = size() - 1, m = c - 1;
+    void raise_fan(Index c) {
+        Index m = static_cast<Index>(line_.size()) - 1;
+        std::sort(line_.begin(), line_.end(), [&](Index a, Index b) { return site(a) < site(b); });
+        smallest_ = site(c) < site(line_[0]) ? c : line_[0];
         if (orient(site(line_[0]), site(line_[1]), site(c)) < 0) {
             std::reverse(line_.begin(), line_.end());
         }
@@ -282,7 +367,41 @@ class Triangulation {
             if (after == 2 * m + 2) after = m;
             mesh_.glue(3 * n + 2, 3 * after + 1);
         }
-        line_ = {};
+        line_.clear();
+    }
+
+    // ---------------------------------------------------------------- removal
+    // The triangles about v into cavity_ and its link into rim_, both counter-clockwise.
+    //
+    //          b --- a               h runs from v to a; the link's edge from a to b is next(h),
+    //          and
+    //         / \ t / \              `outer` is its twin beyond
+    //        o --- v --- o
+    //
+    void find_star(Index v) {
+        cavity_.clear();
+        rim_.clear();
+        Index first = mesh_.leaving(v), h = first;
+        do {
+            cavity_.push_back(Mesh::triangle(h));
+            rim_.push_back({mesh_.target(h), mesh_.apex(h), mesh_.twin(Mesh::next(h))});
+            h = mesh_.turn(h);
+        } while (h != first);
+    }
+
+    // Two of the triangles about v are not needed any more. If v is the smallest site, so a hull
+    // vertex, sites grow along the hull in both directions from it: the next one is in its link.
+    void leave_hole(Index v) {
+        for (int spare = 0; spare < 2; ++spare) {
+            mesh_.remove_triangle(cavity_.back());
+            cavity_.pop_back();
+        }
+        if (v != smallest_) return;
+        smallest_ = kNone;
+        for (const RimEdge& e : rim_) {
+            if (e.a == kGhost) continue;
+            if (smallest_ == kNone || site(e.a) < site(smallest_)) smallest_ = e.a;
+        }
     }
 
     std::string check_edge(Index h) const {
@@ -304,12 +423,14 @@ class Triangulation {
     }
 
     Mesh mesh_;
-    std::vector<Point> sites_;
+    Sites sites_;
     Hints hints_;
     Index smallest_ = kNone;
+    std::vector<Index> free_slots_;
+    std::vector<Index> line_;  // all sites while they lie on one line; leaving() is the place in it
     // Scratch, kept to spare allocations: the triangles to replace, the half-edges to look beyond,
-    // the rim, the sites on the line.
-    std::vector<Index> cavity_, pending_, line_;
+    // the rim.
+    std::vector<Index> cavity_, pending_;
     std::vector<RimEdge> rim_;
 };
 
