@@ -60,6 +60,26 @@ class Engine:
             return self._kernel.insert(float(xs), float(ys))
         return self._kernel.insert_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
 
+    def remove(self, ids: ArrayLike) -> None:
+        """Take points away: one id, or an array of them.
+
+        Each takes one from the multiplicity of its point; the point leaves with the last one, and
+        its id is never used again. O(1) expected a point in random order.
+
+        Raises KeyError naming an id that is not there, or not that often; then nothing of the call
+        was applied.
+        """
+        if isinstance(ids, int):
+            if not self._kernel.remove(ids):
+                raise KeyError(ids)
+            return
+        known = self._known(ids, "ids").ravel()
+        points, times = np.unique(known, return_counts=True)
+        too_often = times > self._kernel.multiplicity(points)
+        if too_often.any():
+            raise KeyError(int(points[np.argmax(too_often)]))
+        self._kernel.remove_many(known)
+
     def __len__(self) -> int:
         """Return the number of distinct points."""
         return len(self._kernel)
@@ -67,11 +87,11 @@ class Engine:
     @property
     def revision(self) -> int:
         """How many changes the set of points has seen; equal revisions, equal answers."""
-        return len(self._kernel)
+        return self._kernel.revision()
 
     def ids(self) -> NDArray[np.int64]:
         """Return the ids of all points, int64 (n,), ascending. O(n)."""
-        return np.arange(len(self._kernel), dtype=np.int64)
+        return self._kernel.ids()
 
     def points(self, ids: ArrayLike | None = None) -> NDArray[np.float64]:
         """Return coordinates, float64 (n, 2), of all points in the order of ids(), or of ``ids``.
@@ -171,11 +191,11 @@ class Engine:
         Each row runs counter-clockwise from its lexicographically smallest vertex; rows are
         sorted. Empty if all points lie on one line. O(n log n).
         """
-        rows = self._kernel.triangles()
-        xy = self.points()
+        rows, ids, xy = self._kernel.triangles(), self.ids(), self.points()
         rank = np.empty(len(xy), np.int64)
         rank[np.lexsort((xy[:, 1], xy[:, 0]))] = np.arange(len(xy))
-        first = np.argmin(rank[rows], axis=1) if len(rows) else np.zeros(0, np.int64)
+        corners = rank[np.searchsorted(ids, rows)]
+        first = np.argmin(corners, axis=1) if len(rows) else np.zeros(0, np.int64)
         turned = (first[:, np.newaxis] + np.arange(3)) % 3
         rows = np.take_along_axis(rows, turned, axis=1)
         return rows[np.lexsort(rows.T[::-1])]
@@ -215,5 +235,4 @@ class Engine:
         return Boundary(ids, xy, status, inside, d=0.0)
 
     def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
-        count = len(self._kernel)
-        return inputs.identifiers(ids, name, lambda i: (i < 0) | (i >= count))
+        return inputs.identifiers(ids, name, lambda i: self._kernel.multiplicity(i.ravel()) == 0)

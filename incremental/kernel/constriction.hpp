@@ -28,7 +28,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 #include <string>
 #include <vector>
 
@@ -114,11 +113,8 @@ class Constriction {
         release(v);
     }
 
-    // The site in slot v is gone, and nobody holds it any more; to be said after destroying.
-    void vanished(Index v) {
-        assert(!on_ring(v));
-        --left_inside_;
-    }
+    // A site is gone, which nobody holds any more; to be said after destroying.
+    void vanished() { --left_inside_; }
 
     void repair() {
         const Mesh& m = t_.mesh();

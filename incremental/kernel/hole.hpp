@@ -162,11 +162,13 @@ class LargeHole {
     }
 
    private:
+    static constexpr std::size_t kNowhere = ~std::size_t{0};
+
     std::size_t place(Index v) const { return v == kGhost ? ghost_ : place_[at(v)]; }
     Index original(Index v) const { return rim_[place(v)].a; }
     bool is_on_rim(Index h) const {
-        const Mesh& link = link_.mesh();
-        return place(link.target(h)) == (place(link.origin(h)) + 1) % rim_.size();
+        std::size_t from = place(link_.mesh().origin(h)), to = place(link_.mesh().target(h));
+        return from != kNowhere && to == (from + 1) % rim_.size();
     }
 
     Index edge_on_rim() const {
@@ -199,7 +201,7 @@ class LargeHole {
     const std::vector<RimEdge>& rim_;
     Triangulation link_;
     std::vector<std::size_t> place_;  // by vertex of the link: where on the rim it is
-    std::size_t ghost_ = 0;           // where the ghost is on the rim, if it is
+    std::size_t ghost_ = kNowhere;    // where the ghost is on the rim, if it is
     std::vector<Index> copy_;         // by triangle of the link: its copy, or kNone
     std::vector<Index> todo_;
 };

@@ -128,7 +128,7 @@ class Object {
         }
         triangulation_.remove(slot, constriction_);
         if (triangulation_.is_flat()) return;
-        constriction_.vanished(slot);
+        constriction_.vanished();
         constriction_.created(triangulation_.created());
         state_ = State::changed;
     }
