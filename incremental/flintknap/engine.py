@@ -80,6 +80,39 @@ class Engine:
             raise KeyError(int(points[np.argmax(too_often)]))
         self._kernel.remove_many(known)
 
+    def move(self, point: int, x: float, y: float) -> int:
+        """Move the point with an id to (x, y), as one change, and return the id there.
+
+        It keeps its id if it was there once and nothing is at the new place; else one is taken from
+        its multiplicity and one added there, as remove and insert would. O(1) expected.
+
+        Raises KeyError for an unknown id and InputError for an inadmissible place; then nothing
+        was applied.
+        """
+        there = self._kernel.move(point, inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        if there < 0:
+            raise KeyError(point)
+        return there
+
+    def clear(self) -> None:
+        """Take all points away. Ids go on counting where they were. O(n)."""
+        self._kernel.clear()
+
+    @overload
+    def find(self, x: float, y: float) -> int: ...
+    @overload
+    def find(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]: ...
+    def find(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]:
+        """Return the ids of the points at some places, -1 where there is none.
+
+        Numbers or arrays, as in insert. O(1) expected a place.
+
+        Raises InputError naming the first row at fault.
+        """
+        xs, ys = inputs.pairs(x, y)
+        ids = self._kernel.find(xs.ravel(), ys.ravel())
+        return int(ids[0]) if xs.ndim == 0 else ids.reshape(xs.shape)
+
     def __len__(self) -> int:
         """Return the number of distinct points."""
         return len(self._kernel)

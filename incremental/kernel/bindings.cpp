@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -60,13 +61,13 @@ class Kernel {
    public:
     std::int64_t insert(double x, double y) {
         auto lock = take_turn();
-        return object_.insert(place(x, y));
+        return object_->insert(place(x, y));
     }
 
     auto insert_many(Doubles x, Doubles y) {
         std::vector<std::int64_t> ids(x.shape(0));
         alone([&] {
-            object_.insert(
+            object_->insert(
                 ids.size(), [&](std::size_t i) { return place(x(i), y(i)); }, ids.data());
         });
         return to_numpy(std::move(ids));
@@ -75,8 +76,8 @@ class Kernel {
     // Takes one away from the multiplicity of a point; false if there is no point with that id.
     bool remove(std::int64_t id) {
         auto lock = take_turn();
-        Index handle = object_.points().find(id);
-        if (handle != kNone) object_.remove(handle);
+        Index handle = object_->points().find(id);
+        if (handle != kNone) object_->remove(handle);
         return handle != kNone;
     }
 
@@ -84,29 +85,54 @@ class Kernel {
     void remove_many(Ids ids) {
         alone([&] {
             for (std::size_t i = 0; i < ids.shape(0); ++i) {
-                object_.remove(object_.points().find(ids(i)));
+                object_->remove(object_->points().find(ids(i)));
             }
         });
     }
 
+    // The id of the point where it came to be; -1 if there is no point with that id.
+    std::int64_t move(std::int64_t id, double x, double y) {
+        auto lock = take_turn();
+        Index handle = object_->points().find(id);
+        return handle == kNone ? -1 : object_->move(handle, place(x, y));
+    }
+
+    void clear() {
+        auto lock = take_turn();
+        const Points& points = object_->points();
+        if (points.size() == 0) return;
+        object_ = std::make_unique<Object>(points.next_id(), points.revision() + 1);
+    }
+
+    // The ids of the points at some places, -1 where there is none.
+    auto find(Doubles x, Doubles y) {
+        auto lock = take_turn();
+        std::vector<std::int64_t> ids(x.shape(0), -1);
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            Index handle = object_->points().find(place(x(i), y(i)));
+            if (handle != kNone) ids[i] = object_->points().id(handle);
+        }
+        return to_numpy(std::move(ids));
+    }
+
     auto ids() {
         auto lock = take_turn();
-        return to_numpy(object_.points().ids());
+        return to_numpy(object_->points().ids());
     }
 
     std::int64_t revision() {
         auto lock = take_turn();
-        return object_.points().revision();
+        return object_->points().revision();
     }
 
     std::size_t size() {
         auto lock = take_turn();
-        return object_.points().size();
+        return object_->points().size();
     }
 
     int side(double x, double y) {
         auto lock = settled();
-        return flintknap::side(object_.triangulation(), object_.constriction(), {x, y}, kNone);
+        return flintknap::side(object_->triangulation(), object_->constriction(), {x, y}, kNone);
     }
 
     auto side_many(Doubles x, Doubles y) {
@@ -115,7 +141,7 @@ class Kernel {
         nb::gil_scoped_release others_may_run;
         for (std::size_t i = 0; i < answers.size(); ++i) {
             answers[i] = static_cast<std::int8_t>(flintknap::side(
-                object_.triangulation(), object_.constriction(), {x(i), y(i)}, kNone));
+                object_->triangulation(), object_->constriction(), {x(i), y(i)}, kNone));
         }
         nb::gil_scoped_acquire enough;
         return to_numpy(std::move(answers));
@@ -127,7 +153,7 @@ class Kernel {
         std::vector<double> xy;
         xy.reserve(2 * ids.shape(0));
         for (std::size_t i = 0; i < ids.shape(0); ++i) {
-            Point p = object_.points().point(object_.points().find(ids(i)));
+            Point p = object_->points().point(object_->points().find(ids(i)));
             xy.push_back(p.x);
             xy.push_back(p.y);
         }
@@ -139,8 +165,8 @@ class Kernel {
         auto lock = take_turn();
         std::vector<std::int64_t> out(ids.shape(0));
         for (std::size_t i = 0; i < out.size(); ++i) {
-            Index handle = object_.points().find(ids(i));
-            out[i] = handle == kNone ? 0 : object_.points().multiplicity(handle);
+            Index handle = object_->points().find(ids(i));
+            out[i] = handle == kNone ? 0 : object_->points().multiplicity(handle);
         }
         return to_numpy(std::move(out));
     }
@@ -148,14 +174,14 @@ class Kernel {
     // The ids along the ring from the smallest vertex on; empty if the points lie on a line.
     auto ring() {
         auto lock = settled();
-        const Triangulation& t = object_.triangulation();
-        const Constriction& c = object_.constriction();
+        const Triangulation& t = object_->triangulation();
+        const Constriction& c = object_->constriction();
         std::vector<std::int64_t> ids;
         if (!t.is_flat()) {
             ids.reserve(at(t.size() - c.left_inside()));
             Index v = t.smallest();
             do {
-                ids.push_back(object_.points().id_in_slot(v));
+                ids.push_back(object_->points().id_in_slot(v));
                 v = c.following(v);
             } while (v != t.smallest());
         }
@@ -165,29 +191,29 @@ class Kernel {
     // The ids of the vertices that are not on the ring, in no order.
     auto left_inside() {
         auto lock = settled();
-        const Triangulation& t = object_.triangulation();
+        const Triangulation& t = object_->triangulation();
         std::vector<std::int64_t> ids;
         for (Index v = 0; !t.is_flat() && v < t.slots(); ++v) {
-            if (t.is_site(v) && !object_.constriction().on_ring(v))
-                ids.push_back(object_.points().id_in_slot(v));
+            if (t.is_site(v) && !object_->constriction().on_ring(v))
+                ids.push_back(object_->points().id_in_slot(v));
         }
         return to_numpy(std::move(ids));
     }
 
     bool is_flat() {
         auto lock = placed();
-        return object_.triangulation().is_flat();
+        return object_->triangulation().is_flat();
     }
 
     // Three ids a triangle, counter-clockwise, in no order.
     auto triangles() {
         auto lock = placed();
-        const Mesh& m = object_.triangulation().mesh();
+        const Mesh& m = object_->triangulation().mesh();
         std::vector<std::int64_t> ids;
         for (Index x = 0; x < m.triangles(); ++x) {
             if (m.is_free(x) || m.is_ghost(x)) continue;
             for (Index h = 3 * x; h < 3 * x + 3; ++h)
-                ids.push_back(object_.points().id_in_slot(m.origin(h)));
+                ids.push_back(object_->points().id_in_slot(m.origin(h)));
         }
         return to_numpy(std::move(ids), 3);
     }
@@ -195,11 +221,11 @@ class Kernel {
     // Two ids an edge, in no order.
     auto edges(Graph graph) {
         auto lock = placed();
-        const Mesh& m = object_.triangulation().mesh();
+        const Mesh& m = object_->triangulation().mesh();
         std::vector<std::int64_t> ids;
-        for (Index h : edges_of(object_.triangulation(), graph)) {
-            ids.push_back(object_.points().id_in_slot(m.origin(h)));
-            ids.push_back(object_.points().id_in_slot(m.target(h)));
+        for (Index h : edges_of(object_->triangulation(), graph)) {
+            ids.push_back(object_->points().id_in_slot(m.origin(h)));
+            ids.push_back(object_->points().id_in_slot(m.target(h)));
         }
         return to_numpy(std::move(ids), 2);
     }
@@ -207,12 +233,12 @@ class Kernel {
     // (gamma0, gamma1) a row; not a number where the pair is no edge.
     auto gamma(Ids a, Ids b) {
         auto lock = placed();
-        const Triangulation& t = object_.triangulation();
+        const Triangulation& t = object_->triangulation();
         std::vector<double> out;
         out.reserve(2 * a.shape(0));
         for (std::size_t i = 0; i < a.shape(0); ++i) {
-            Index h = t.edge_between(object_.points().slot(object_.points().find(a(i))),
-                                     object_.points().slot(object_.points().find(b(i))));
+            Index h = t.edge_between(object_->points().slot(object_->points().find(a(i))),
+                                     object_->points().slot(object_->points().find(b(i))));
             constexpr double none = std::numeric_limits<double>::quiet_NaN();
             Gamma g = h == kNone ? Gamma{none, none} : gamma_of_edge(t, h);
             out.push_back(g.gamma0);
@@ -223,17 +249,17 @@ class Kernel {
 
     std::string check() {
         auto lock = settled();
-        return object_.check();
+        return object_->check();
     }
 
     std::size_t bytes() {
         auto lock = take_turn();
-        return object_.bytes();
+        return object_->bytes();
     }
 
     std::int64_t touched() {
         auto lock = settled();
-        return object_.constriction().touched();
+        return object_->constriction().touched();
     }
 
    private:
@@ -257,20 +283,20 @@ class Kernel {
     // This object's turn, with all points in the triangulation.
     std::unique_lock<std::mutex> placed() {
         auto lock = take_turn();
-        if (!object_.is_placed()) bring_up([&](auto poll) { object_.place(poll); });
+        if (!object_->is_placed()) bring_up([&](auto poll) { object_->place(poll); });
         return lock;
     }
 
     // This object's turn, with everything up to date.
     std::unique_lock<std::mutex> settled() {
         auto lock = take_turn();
-        if (!object_.is_settled()) bring_up([&](auto poll) { object_.settle(poll); });
+        if (!object_->is_settled()) bring_up([&](auto poll) { object_->settle(poll); });
         return lock;
     }
 
     template <class Work>
     void bring_up(Work work) {
-        if (!object_.is_long_to_settle()) return work([] {});
+        if (!object_->is_long_to_settle()) return work([] {});
         try {
             nb::gil_scoped_release others_may_run;
             work(poll_signals);
@@ -279,7 +305,7 @@ class Kernel {
         }
     }
 
-    Object object_;
+    std::unique_ptr<Object> object_ = std::make_unique<Object>();
     std::mutex mutex_;
 };
 
@@ -316,8 +342,11 @@ NB_MODULE(_kernel, m) {
         .def(nb::init<>())
         .def("insert", &Kernel::insert, "x"_a, "y"_a)
         .def("insert_many", &Kernel::insert_many, "x"_a, "y"_a)
-        .def("remove", &Kernel::remove, "id"_a)
+        .def("remove", &Kernel::remove, "point_id"_a)
         .def("remove_many", &Kernel::remove_many, "ids"_a)
+        .def("move", &Kernel::move, "point_id"_a, "x"_a, "y"_a)
+        .def("clear", &Kernel::clear)
+        .def("find", &Kernel::find, "x"_a, "y"_a)
         .def("ids", &Kernel::ids)
         .def("revision", &Kernel::revision)
         .def("__len__", &Kernel::size)

@@ -21,6 +21,9 @@ namespace flintknap {
 
 class Ids {
    public:
+    // The first id to hand out.
+    explicit Ids(std::int64_t next) : first_(next - next % kPage), next_(next) {}
+
     std::int64_t next() const { return next_; }
 
     // Room for n more, found before anything is changed.
@@ -59,9 +62,9 @@ class Ids {
     std::vector<std::int64_t> all() const {
         std::vector<std::int64_t> out;
         for (std::size_t n = 0; n < pages_.size(); ++n) {
-            for (std::size_t i = 0; pages_[n] != nullptr && i < kPage; ++i) {
+            for (std::size_t i = 0; pages_[n] != nullptr && i < pages_[n]->value.size(); ++i) {
                 if (pages_[n]->value[i] == kNone) continue;
-                out.push_back(first_ + static_cast<std::int64_t>(n * kPage + i));
+                out.push_back(first_ + static_cast<std::int64_t>(n * pages_[n]->value.size() + i));
             }
         }
         return out;
@@ -74,7 +77,7 @@ class Ids {
     }
 
    private:
-    static constexpr std::size_t kPage = 256;
+    static constexpr std::int64_t kPage = 256;
 
     struct Page {
         std::array<Index, kPage> value;
@@ -83,13 +86,13 @@ class Ids {
     };
 
     std::size_t page(std::int64_t id) const {
-        return static_cast<std::size_t>(id - first_) / kPage;
+        return static_cast<std::size_t>((id - first_) / kPage);
     }
-    static std::size_t slot(std::int64_t id) { return static_cast<std::size_t>(id) % kPage; }
+    static std::size_t slot(std::int64_t id) { return static_cast<std::size_t>(id % kPage); }
 
     std::deque<std::unique_ptr<Page>> pages_;
-    std::int64_t first_ = 0;  // of the front page; a multiple of kPage
-    std::int64_t next_ = 0;
+    std::int64_t first_;  // of the front page; a multiple of kPage
+    std::int64_t next_;
 };
 
 }  // namespace flintknap

@@ -23,7 +23,9 @@ namespace flintknap {
 
 class Object {
    public:
-    Object() = default;
+    // An empty object whose ids and revisions go on from those given.
+    explicit Object(std::int64_t next_id = 0, std::int64_t revision = 0)
+        : points_(triangulation_, next_id, revision) {}
     Object(const Object&) = delete;
     Object& operator=(const Object&) = delete;
 
@@ -50,6 +52,21 @@ class Object {
         }
         if (points_.slot(handle) >= 0) remove_site(points_.slot(handle));
         points_.remove(handle);
+    }
+
+    // Moves one of a point's multiplicity to p and returns the id there: the same one if the whole
+    // point moves and none was at p.
+    std::int64_t move(Index handle, Point p) {
+        Index there = points_.find(p);
+        if (there == handle) return points_.id(handle);
+        points_.make_room(1);
+        if (there != kNone || points_.multiplicity(handle) > 1) {
+            remove(handle);
+            return points_.add(p);
+        }
+        if (points_.slot(handle) >= 0) remove_site(points_.slot(handle));
+        points_.move(handle, p);
+        return points_.id(handle);
     }
 
     bool is_placed() const { return points_.waiting().empty(); }
@@ -158,7 +175,7 @@ class Object {
     }
 
     Triangulation triangulation_;
-    Points points_{triangulation_};
+    Points points_;
     Constriction constriction_{triangulation_};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh

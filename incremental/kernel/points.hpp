@@ -33,16 +33,21 @@ class Points {
         Index handle;
     };
 
-    explicit Points(const Triangulation& triangulation) : t_(triangulation) {}
+    Points(const Triangulation& triangulation, std::int64_t next_id, std::int64_t revision)
+        : t_(triangulation), ids_(next_id), revision_(revision) {}
 
     std::size_t size() const { return points_.size() - free_.size(); }
     // How many times the set has changed.
     std::int64_t revision() const { return revision_; }
     const std::vector<Waiting>& waiting() const { return waiting_; }
     std::vector<std::int64_t> ids() const { return ids_.all(); }
+    std::int64_t next_id() const { return ids_.next(); }
 
     // The handle of the point with an id, or kNone.
     Index find(std::int64_t id) const { return ids_.find(id); }
+    // The handle of the point at p, or kNone.
+    Index find(Point p) const { return table_.empty() ? kNone : table_[find(p, hash(p))].handle; }
+    std::int64_t id(Index handle) const { return at_handle(handle).id; }
     std::int64_t id_in_slot(Index slot) const { return at_handle(handle_of_[at(slot)]).id; }
     // The slot of a point that is placed, negative while it waits.
     Index slot(Index handle) const { return at_handle(handle).slot; }
@@ -98,6 +103,21 @@ class Points {
         }
         points_[at(handle)].multiplicity = 0;
         free_.push_back(handle);
+        ++revision_;
+    }
+
+    // Moves a point to a place where none is. make_room first; its slot as in remove.
+    void move(Index handle, Point p) {
+        Point from = point(handle);
+        unlink(find(from, hash(from)));
+        Known& known = points_[at(handle)];
+        if (known.slot >= 0) {
+            known.slot = ~static_cast<Index>(waiting_.size());
+            waiting_.push_back({p, handle});
+        } else {
+            waiting_[at(~known.slot)].point = p;
+        }
+        table_[find(p, hash(p))] = {hash(p), handle};
         ++revision_;
     }
 
@@ -239,7 +259,7 @@ class Points {
     std::vector<Index> free_;       // handles not in use
     std::vector<Index> handle_of_;  // by slot
     std::vector<Waiting> waiting_;
-    std::int64_t revision_ = 0;
+    std::int64_t revision_;
 };
 
 }  // namespace flintknap
