@@ -10,6 +10,7 @@ from flintknap.boundary import Boundary
 from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
 from flintknap.inputs import MAX_MAGNITUDE, MIN_MAGNITUDE
+from flintknap.snapshot import load, save
 
 __all__ = [
     "MAX_MAGNITUDE",
@@ -19,5 +20,7 @@ __all__ = [
     "InputError",
     "InvariantError",
     "LogError",
+    "load",
     "reference",
+    "save",
 ]

@@ -247,6 +247,17 @@ class Engine:
         h.update(points.astype("<f8").tobytes())
         return h.hexdigest()
 
+    def dump(self) -> NDArray[np.uint8]:
+        """Return everything as bytes for restored(); snapshot.save puts them into a file. O(n)."""
+        return self._kernel.dump()
+
+    @classmethod
+    def restored(cls, dumped: NDArray[np.uint8]) -> Engine:
+        """Return an engine that goes on where the dumped one was. ValueError if it cannot. O(n)."""
+        engine = cls()
+        engine._kernel.restore(dumped)
+        return engine
+
     def check(self) -> None:
         """Verify every law and invariant; raise InvariantError with what was seen. O(n log n)."""
         broken = self._kernel.check()

@@ -23,6 +23,7 @@ namespace flintknap {
 namespace {
 
 using Doubles = nb::ndarray<const double, nb::ndim<1>, nb::device::cpu>;
+using Bytes = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Ids = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::device::cpu>;
 
 struct Interrupted {};
@@ -247,6 +248,30 @@ class Kernel {
         return to_numpy(std::move(out), 2);
     }
 
+    // Everything, as bytes.
+    auto dump() {
+        auto lock = settled();
+        Writer writer(object_->bytes());
+        {
+            nb::gil_scoped_release others_may_run;
+            object_->transfer(writer);
+        }
+        return to_numpy(std::move(writer).bytes());
+    }
+
+    // Becomes what was dumped.
+    void restore(Bytes bytes) {
+        auto lock = take_turn();
+        auto object = std::make_unique<Object>();
+        Reader reader(bytes.data(), bytes.shape(0));
+        {
+            nb::gil_scoped_release others_may_run;
+            object->transfer(reader);
+        }
+        if (!reader.at_end()) throw std::invalid_argument("there are more bytes than expected");
+        object_ = std::move(object);
+    }
+
     std::string check() {
         auto lock = settled();
         return object_->check();
@@ -360,6 +385,8 @@ NB_MODULE(_kernel, m) {
         .def("triangles", &Kernel::triangles)
         .def("edges", &Kernel::edges, "graph"_a)
         .def("gamma", &Kernel::gamma, "a"_a, "b"_a)
+        .def("dump", &Kernel::dump)
+        .def("restore", &Kernel::restore, "dumped"_a)
         .def("check", &Kernel::check)
         .def("bytes", &Kernel::bytes)
         .def("touched", &Kernel::touched);

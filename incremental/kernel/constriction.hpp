@@ -150,6 +150,17 @@ class Constriction {
         forget_changes();
     }
 
+    // Between repairs only: changes in progress do not travel.
+    template <class Archive>
+    void transfer(Archive& archive) {
+        forest_.transfer(archive);
+        archive(event_of_);
+        archive(holder_);
+        archive(following_);
+        archive(left_inside_);
+        archive(touched_);
+    }
+
     std::size_t bytes() const {
         return forest_.bytes() +
                (event_of_.capacity() + holder_.capacity() + following_.capacity()) * sizeof(Index);

@@ -95,6 +95,12 @@ class Forest {
         return smaller(t, gate(p), gate(q));
     }
 
+    template <class Archive>
+    void transfer(Archive& archive) {
+        archive(events_);
+        archive(free_);
+    }
+
     std::size_t bytes() const {
         return events_.capacity() * sizeof(Event) + free_.capacity() * sizeof(Index);
     }

@@ -95,6 +95,12 @@ class Hints {
         }
     }
 
+    template <class Archive>
+    void transfer(Archive& archive) {
+        archive(nodes_);
+        archive(free_);
+    }
+
     std::size_t bytes() const {
         return nodes_.capacity() * sizeof(Node) + free_.capacity() * sizeof(Index);
     }

@@ -22,14 +22,20 @@ namespace flintknap {
 class Ids {
    public:
     // The first id to hand out.
-    explicit Ids(std::int64_t next) : first_(next - next % kPage), next_(next) {}
+    explicit Ids(std::int64_t next) : Ids(next, next) {}
+    // The same, to restore those from `first` on that are alive.
+    Ids(std::int64_t first, std::int64_t next) : first_(first - first % kPage), next_(next) {}
 
     std::int64_t next() const { return next_; }
 
     // Room for n more, found before anything is changed.
     void make_room(std::size_t n) {
+        if (n == 0) return;
         std::size_t last = page(next_ + static_cast<std::int64_t>(n) - 1);
-        while (n > 0 && pages_.size() <= last) pages_.push_back(std::make_unique<Page>());
+        while (pages_.size() <= last) pages_.push_back(nullptr);
+        for (std::size_t p = page(next_); p <= last; ++p) {
+            if (pages_[p] == nullptr) pages_[p] = std::make_unique<Page>();
+        }
     }
 
     // Hands out the next id, for `value`. make_room first.
@@ -56,6 +62,15 @@ class Ids {
             pages_.pop_front();
             first_ += kPage;
         }
+    }
+
+    // Brings back an id that had been handed out.
+    void restore(std::int64_t id, Index value) {
+        while (pages_.size() <= page(id)) pages_.push_back(nullptr);
+        std::unique_ptr<Page>& p = pages_[page(id)];
+        if (p == nullptr) p = std::make_unique<Page>();
+        p->value[slot(id)] = value;
+        ++p->alive;
     }
 
     // All that are alive, ascending.

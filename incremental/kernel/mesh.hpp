@@ -118,6 +118,13 @@ class Mesh {
         for (Index h = 3 * t; h < 3 * t + 3; ++h) set_leaving(origin(h), h);
     }
 
+    template <class Archive>
+    void transfer(Archive& archive) {
+        archive(edges_);
+        archive(leaving_);
+        archive(free_);
+    }
+
     std::size_t bytes() const {
         return edges_.capacity() * sizeof(HalfEdge) + leaving_.capacity() * sizeof(Index);
     }

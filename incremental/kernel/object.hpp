@@ -110,6 +110,17 @@ class Object {
         changes_ = 0;
     }
 
+    // To a Writer, or from a Reader; everything must be settled.
+    template <class Archive>
+    void transfer(Archive& archive) {
+        std::uint64_t stamp = kStamp;
+        archive(stamp);
+        if (stamp != kStamp) throw std::invalid_argument("another build wrote the bytes");
+        points_.transfer(archive);
+        triangulation_.transfer(archive);
+        constriction_.transfer(archive);
+    }
+
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes();
     }
@@ -123,6 +134,9 @@ class Object {
     }
 
    private:
+    // Tells byte order, and layouts by a number that changes with them.
+    static constexpr std::uint64_t kStamp = 0x666c696e74000001ULL;
+
     // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
     enum class State { fresh, changed, stale };
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "archive.hpp"
 #include "ids.hpp"
 #include "order.hpp"
 #include "triangulation.hpp"
@@ -141,6 +142,19 @@ class Points {
         if (left == 0 && waiting_.capacity() > 4096) std::vector<Waiting>().swap(waiting_);
     }
 
+    // With nobody waiting.
+    template <class Archive>
+    void transfer(Archive& archive) {
+        std::int64_t next = ids_.next();
+        archive(next);
+        archive(revision_);
+        archive(table_);
+        archive(points_);
+        archive(free_);
+        archive(handle_of_);
+        if constexpr (std::is_same_v<Archive, Reader>) restore_ids(next);
+    }
+
     std::size_t bytes() const {
         return table_.capacity() * sizeof(Entry) + waiting_.capacity() * sizeof(Waiting) +
                points_.capacity() * sizeof(Known) + ids_.bytes() +
@@ -226,6 +240,17 @@ class Points {
         Known& known = points_[at(e.handle)];
         ++known.multiplicity;
         return known.id;
+    }
+
+    void restore_ids(std::int64_t next) {
+        std::int64_t first = next;
+        for (const Known& k : points_) {
+            if (k.multiplicity > 0) first = std::min(first, k.id);
+        }
+        ids_ = Ids(first, next);
+        for (std::size_t h = 0; h < points_.size(); ++h) {
+            if (points_[h].multiplicity > 0) ids_.restore(points_[h].id, static_cast<Index>(h));
+        }
     }
 
     // Empties entry n and moves up those behind it that would not be found past a gap.

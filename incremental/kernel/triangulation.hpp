@@ -145,6 +145,16 @@ class Triangulation {
         return kNone;
     }
 
+    template <class Archive>
+    void transfer(Archive& archive) {
+        mesh_.transfer(archive);
+        hints_.transfer(archive);
+        archive(sites_);
+        archive(smallest_);
+        archive(free_slots_);
+        archive(line_);
+    }
+
     std::size_t bytes() const {
         return mesh_.bytes() + sites_.capacity() * sizeof(Point) + hints_.bytes();
     }
