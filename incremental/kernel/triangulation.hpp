@@ -383,9 +383,8 @@ class Triangulation {
     // ---------------------------------------------------------------- removal
     // The triangles about v into cavity_ and its link into rim_, both counter-clockwise.
     //
-    //          b --- a               h runs from v to a; the link's edge from a to b is next(h),
-    //          and
-    //         / \ t / \              `outer` is its twin beyond
+    //          b --- a          h runs from v to a; the link's edge from a to b
+    //         / \ t / \         is next(h), and `outer` is its twin beyond
     //        o --- v --- o
     //
     void find_star(Index v) {
