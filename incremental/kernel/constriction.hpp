@@ -58,20 +58,17 @@ class Constriction {
         left_inside_ = t_.size();
         forget_changes();
         Openings heap(Sooner{*this});
-        for (Index x = 0; x < m.triangles(); ++x) {
-            if (m.is_free(x) || !m.is_ghost(x)) continue;
-            Index h = m.twin(m.hull_edge(x));
+        std::vector<Index> hull = t_.hull();
+        for (Index h : hull) {
             hold(m.origin(h), Forest::kRoot);
             following_[at(m.origin(h))] = m.target(h);
         }
-        for (Index x = 0; x < m.triangles(); ++x) {
-            if (m.is_free(x) || !m.is_ghost(x)) continue;
-            Index h = m.twin(m.hull_edge(x));
-            if (!on_ring(m.apex(h))) heap.push(opening(h, Forest::kRoot));
+        for (Index h : hull) {
+            if (!on_ring(m.apex(h))) heap.push(opening(h));
         }
         while (!heap.empty()) {
             Opening next = heap.pop();
-            while (!on_ring(m.apex(next.edge))) next = step(next, heap);
+            while (!on_ring(next.apex)) next = step(next, heap);
         }
     }
 
@@ -201,7 +198,7 @@ class Constriction {
    private:
     struct Opening {
         double key;
-        Index edge, parent;
+        Index edge, apex;
         Gate gate() const { return {key, edge}; }
     };
     struct Candidate {
@@ -218,16 +215,16 @@ class Constriction {
     };
     using Openings = Heap<Opening, Sooner>;
 
-    Opening opening(Index edge, Index parent) const {
-        return {make_gate(t_, edge).key, edge, parent};
+    Opening opening(Index edge) const {
+        return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
     }
 
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
     // smaller still is the next to take and need not pass through the heap.
     Opening step(Opening taken, Openings& heap) {
         const Mesh& m = t_.mesh();
-        Index edge = taken.edge, k = m.apex(edge);
-        Index e = forest_.add(t_, taken.gate(), taken.parent);
+        Index edge = taken.edge, k = taken.apex;
+        Index e = forest_.add(t_, taken.gate(), opener(edge));
         event_of_[at(Mesh::triangle(edge))] = e;
         hold(k, e);
         following_[at(m.origin(edge))] = k;
@@ -236,7 +233,7 @@ class Constriction {
         for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
             Index behind = m.twin(side);
             if (on_ring(m.apex(behind))) continue;
-            Opening opened = opening(behind, e);
+            Opening opened = opening(behind);
             if (smaller(t_, opened.gate(), next.gate())) std::swap(next, opened);
             if (opened.edge == edge) continue;  // `taken` itself, displaced
             heap.push(opened);

@@ -75,7 +75,7 @@ inline void radix_sort(std::vector<Ranked>& items) {
 // A permutation of 0 .. n - 1, point(i) being the place of item i.
 template <class PointOf>
 std::vector<Ranked> insertion_order(std::size_t n, PointOf point) {
-    constexpr int bits = 29;
+    constexpr int bits = 25;
     if (n == 1) return {{0, 0}};
     Point low = point(0), high = low;
     for (std::size_t i = 1; i < n; ++i) {

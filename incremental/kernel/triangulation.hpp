@@ -134,6 +134,19 @@ class Triangulation {
         return {h, false, false};
     }
 
+    // The half-edges along the hull, counter-clockwise from the smallest site. O(size).
+    std::vector<Index> hull() const {
+        std::vector<Index> edges;
+        Index h = mesh_.leaving(smallest_);
+        while (mesh_.apex(mesh_.twin(h)) != kGhost) h = mesh_.turn(h);
+        do {
+            edges.push_back(h);
+            // from the ghost beyond h to the next one, about the ghost vertex
+            h = mesh_.twin(Mesh::prev(mesh_.twin(Mesh::prev(mesh_.twin(h)))));
+        } while (h != edges[0]);
+        return edges;
+    }
+
     // The half-edge from a to b, or kNone. O(degree of a).
     Index edge_between(Index a, Index b) const {
         if (is_flat()) return kNone;
