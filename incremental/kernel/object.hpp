@@ -178,7 +178,8 @@ class Object {
         auto order = insertion_order(n, [&](std::size_t i) { return waiting[i].point; });
         for (std::size_t i = 0; i < n; ++i) {
             if (i % 16384 == 16383) poll();
-            if (i + ahead < n) __builtin_prefetch(&waiting[at(order[i + ahead].item)]);
+            if (i + 2 * ahead < n) __builtin_prefetch(&waiting[at(order[i + 2 * ahead].item)]);
+            if (i + ahead < n) points_.prefetch(order[i + ahead].item);
             Index item = order[i].item;
             bool near = dense && i > 0 && order[i].key != order[i - 1].key;
             last = triangulation_.insert(waiting[at(item)].point, near ? last : kNone, observer);
