@@ -1,5 +1,7 @@
 """Make the sample logs beside this script, and digests.json with what is expected of each.
 
+windowed.json has the same for replays with a window of WINDOW seconds.
+
     python replay_logs/make.py [countries-10m.json]
 
 The synthetic logs need nothing. The Benelux log is made only if the path to the file
@@ -22,11 +24,12 @@ from random import Random
 from typing import Any, TypeVar
 
 from flintknap import log
-from flintknap.events import Event, Insert, Kind, Query
+from flintknap.events import Event, Insert, Kind, Move, Query, Remove
 from flintknap.replay import replay
 
 HERE = Path(__file__).parent
 EARTH = 6371.0072  # km, radius of the sphere with the area of the Earth
+WINDOW = 60.0  # seconds
 CENTRE = (5.0, 51.5)  # degrees, near the middle of the Benelux
 
 Point = tuple[float, float]
@@ -120,23 +123,53 @@ def grid() -> list[Event]:
     ]
 
 
+def drift() -> list[Event]:
+    """Sightings of the edge of a slick adrift, some late, some retracted; and four buoys; km, s.
+
+    Without a window the whole trail stays; with one of WINDOW seconds, the slick as it is.
+    """
+    rng = Random(4)
+    events: list[Event] = []
+    for buoy in range(4):  # ids 0 to 3, as nothing has come before them
+        x, y = _slick(0.0, buoy * math.pi / 2, 1.3)
+        events.append(Insert(t=0.0, object="slick", x=x, y=y))
+    for tick in range(1, 1500):
+        t = tick / 5
+        seen = t if rng.random() < 0.9 else round(t - 90 * rng.random(), 3)  # reported late
+        x, y = _slick(max(seen, 0.0), 2 * math.pi * rng.random(), 1 + 0.005 * _noise(rng))
+        events.append(Insert(t=seen, object="slick", x=x, y=y))
+        if rng.random() < 0.04:  # a mistake: the sighting is taken back at once
+            events.append(Remove(t=t, object="slick", x=x, y=y))
+        if tick % 50 == 0:
+            for buoy in range(4):
+                x, y = _slick(t, buoy * math.pi / 2, 1.3)
+                events.append(Move(t=t, object="slick", id=buoy, x=x, y=y))
+        if tick % 60 == 0:
+            x, y = _slick(t - 60, math.pi * rng.random(), 0.9)
+            events.append(Query(t=t, object="slick", kind="contains", x=x, y=y))
+    events.append(Remove(t=t, object="slick", id=3))  # is recovered
+    return events
+
+
 def main(arguments: list[str]) -> None:
     """Write the logs, then replay each and write down where it ends."""
-    made = {"sweep": sweep(), "burst": burst(), "grid": grid()}
+    made = {"sweep": sweep(), "burst": burst(), "grid": grid(), "drift": drift()}
     if arguments:
         made["benelux"] = benelux(Path(arguments[0]))
     for name, events in made.items():
         log.write(HERE / f"{name}.jsonl.gz", events)
-    expected = {path.name: facts(path) for path in sorted(HERE.glob("*.jsonl.gz"))}
-    (HERE / "digests.json").write_text(json.dumps(expected, indent=2) + "\n")
+    for file, window in (("digests.json", None), ("windowed.json", WINDOW)):
+        expected = {path.name: facts(path, window) for path in sorted(HERE.glob("*.jsonl.gz"))}
+        (HERE / file).write_text(json.dumps(expected, indent=2) + "\n")
 
 
-def facts(path: Path) -> dict[str, dict[str, Any]]:
+def facts(path: Path, window: float | None = None) -> dict[str, dict[str, Any]]:
     """Replay a log; for each object: how many events, distinct points and so on, and the digest."""
-    done = replay(path)
+    done = replay(path, window=window)
     return {
         name: {
             "events": done.events[name],
+            **({} if window is None else {"expired": done.windows[name].expired}),
             "points": len(engine),
             "status": engine.boundary().status,
             "vertices": len(engine.boundary()),
@@ -177,6 +210,13 @@ def _blob(name: str, angle: float, noise: float) -> Point:
         return round(radius * math.cos(angle), 2), round(radius * math.sin(angle), 2)
     radius = 1.2 + 0.5 * math.cos(angle) + noise
     return round(7 + 2 * radius * math.cos(angle), 2), round(radius * math.sin(angle), 2)
+
+
+def _slick(t: float, angle: float, stretch: float) -> Point:
+    """Return a place at the edge of a slick that drifts, at time t."""
+    radius = stretch * (1 + 0.2 * math.sin(3 * angle))
+    x, y = 0.006 * t + 1.6 * radius * math.cos(angle), 0.1 * math.sin(t / 60)
+    return round(x, 3), round(y + radius * math.sin(angle), 3)
 
 
 def _degrees(arc: list[list[int]], scale: Point, translate: Point) -> list[Point]:

@@ -22,6 +22,7 @@ from flintknap.events import Insert, Query
 
 LOGS = Path(__file__).parents[1] / "replay_logs"
 EXPECTED = json.loads((LOGS / "digests.json").read_text())
+WINDOWED = json.loads((LOGS / "windowed.json").read_text())
 COMMAND = [sys.executable, "-m", "flintknap"]
 
 TRIANGLE = [
@@ -125,6 +126,23 @@ def test_until_and_object(run, asked):
     assert [facts["object"] for facts in json.loads(out)["objects"]] == ["b"]
 
 
+def test_a_window(run):
+    code, out, err = run(LOGS / "drift.jsonl.gz", "--window", "60", "--json")
+    assert (code, err) == (0, "")
+    summary = json.loads(out.splitlines()[-1])
+    assert summary["window"] == 60.0
+    (facts,) = summary["objects"]
+    assert facts.items() >= WINDOWED["drift.jsonl.gz"]["slick"].items()
+    _, out, err = run(LOGS / "drift.jsonl.gz", "--window", "60")
+    head, row, _ = err.splitlines()
+    assert head.split()[:4] == ["object", "events", "expired", "points"]
+    assert row.split()[2] == f"{facts['expired']:,}"
+    _, out, _ = run(LOGS / "drift.jsonl.gz", "--json")
+    summary = json.loads(out.splitlines()[-1])
+    assert summary["window"] is None
+    assert summary["objects"][0]["expired"] == 0
+
+
 def test_pictures_and_polygons(run, tmp_path, asked):
     svg, geojson = tmp_path / "it.svg", tmp_path / "it.geojson"
     svg.write_text("old")
@@ -186,7 +204,15 @@ def test_a_log_that_cannot_be_read(run, tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["x", "y"], ["x", "--until", "soon"], ["x", "--until", "nan"], ["x", "--no"]]
+    "arguments",
+    [
+        [],
+        ["x", "y"],
+        ["x", "--until", "soon"],
+        ["x", "--until", "nan"],
+        ["x", "--no"],
+        *(["x", "--window", bad] for bad in ("0", "-1", "nan", "inf", "1e400", "soon")),
+    ],
 )
 def test_bad_usage(run, arguments):
     code, out, err = run(*arguments)

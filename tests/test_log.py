@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import flintknap as fk
 from flintknap import log
-from flintknap.events import Insert, Query
+from flintknap.events import Insert, Move, Query, Remove
 
 HEADER = b'{"format":"flintknap","version":1}\n'
 INSERT = b'{"op":"insert","t":0.5,"x":1.0,"y":2.0}\n'
@@ -25,7 +25,12 @@ names = st.text(st.characters(exclude_categories=["Cs"]))
 inserts = st.builds(Insert, t=finite, object=names, x=finite, y=finite)
 kinds = st.sampled_from(["side", "contains"])
 queries = st.builds(Query, t=finite, object=names, kind=kinds, x=finite, y=finite)
-events = st.lists(inserts | queries, max_size=30)
+ids = st.integers(0, 2**63 - 1)
+removes = st.builds(Remove, t=finite, object=names, id=ids) | st.builds(
+    Remove, t=finite, object=names, x=finite, y=finite
+)
+moves = st.builds(Move, t=finite, object=names, id=ids, x=finite, y=finite)
+events = st.lists(inserts | queries | removes | moves, max_size=30)
 
 
 def read_all(path):
@@ -67,6 +72,9 @@ def test_the_text_of_a_log(tmp_path):
             Insert(t=12.5, object="hull", x=1.0, y=-2e-7),
             Insert(t=13, x=np.float64(0.1), y=np.int64(3)),
             Query(t=14.0, object="hülle", kind="side", x=0.0, y=0.0),
+            Remove(t=15.0, object="hull", id=0),
+            Remove(t=15.0, object="hull", x=0.1, y=3.0),
+            Move(t=16.0, object="hull", id=1, x=0.0, y=0.0),
         ],
     )
     assert path.read_text(encoding="utf-8").splitlines() == [
@@ -74,6 +82,9 @@ def test_the_text_of_a_log(tmp_path):
         '{"op":"insert","t":12.5,"object":"hull","x":1.0,"y":-2e-7}',
         '{"op":"insert","t":13,"object":"object","x":0.1,"y":3.0}',
         '{"op":"query","t":14.0,"object":"hülle","kind":"side","x":0.0,"y":0.0}',
+        '{"op":"remove","t":15.0,"object":"hull","id":0}',
+        '{"op":"remove","t":15.0,"object":"hull","x":0.1,"y":3.0}',
+        '{"op":"move","t":16.0,"object":"hull","id":1,"x":0.0,"y":0.0}',
     ]
 
 
@@ -179,7 +190,19 @@ BAD = {
     b"[1, 2]": "array",
     b"null": "null",
     b'{"t":0.5,"x":1.0,"y":2.0}': "`op`",
-    b'{"op":"remove","t":0.5,"x":1.0,"y":2.0}': "remove",
+    b'{"op":"retract","t":0.5,"x":1.0,"y":2.0}': "retract",
+    b'{"op":"remove","t":0.5}': "either field `id` or fields `x` and `y`",
+    b'{"op":"remove","t":0.5,"x":1.0}': "either field `id` or fields `x` and `y`",
+    b'{"op":"remove","t":0.5,"id":1,"x":1.0,"y":2.0}': "either field `id` or fields `x` and `y`",
+    b'{"op":"remove","t":0.5,"id":1,"y":2.0}': "either field `id` or fields `x` and `y`",
+    b'{"op":"remove","t":0.5,"id":null}': "`$.id`",
+    b'{"op":"remove","t":0.5,"id":1.5}': "`$.id`",
+    b'{"op":"remove","t":0.5,"id":-1}': "`$.id`",
+    b'{"op":"remove","t":0.5,"id":9223372036854775808}': "`$.id`",
+    b'{"op":"remove","id":1}': "`t`",
+    b'{"op":"move","t":0.5,"x":1.0,"y":2.0}': "`id`",
+    b'{"op":"move","t":0.5,"id":1,"x":1.0}': "`y`",
+    b'{"op":"move","t":0.5,"id":"1","x":1.0,"y":2.0}': "`$.id`",
     b'{"op":"insert","x":1.0,"y":2.0}': "`t`",
     b'{"op":"insert","t":0.5,"y":2.0}': "`x`",
     b'{"op":"insert","t":0.5,"x":1.0,"y":2.0,"z":3.0}': "`z`",
@@ -297,6 +320,8 @@ def test_no_such_file(tmp_path):
         Insert(t=0.0, x=0.0, y="0.0"),
         Insert(t=0.0, object=3, x=0.0, y=0.0),
         Query(t=0.0, kind="far", x=0.0, y=0.0),
+        Remove(t=0.0, id=-1),
+        Move(t=0.0, id=0, x=0.0, y=float("nan")),
     ],
 )
 def test_what_would_not_read_back_is_not_written(tmp_path, event):
@@ -307,6 +332,12 @@ def test_what_would_not_read_back_is_not_written(tmp_path, event):
     assert caught.value.row == 1
     assert path.read_text() == "as it was"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("fields", [{}, {"x": 1.0}, {"id": 1, "x": 1.0, "y": 2.0}])
+def test_a_removal_names_its_point_in_one_way(fields):
+    with pytest.raises(ValueError, match="either field `id` or fields `x` and `y`"):
+        Remove(t=0.0, **fields)
 
 
 def test_replacing_follows_links_and_leaves_devices(tmp_path):

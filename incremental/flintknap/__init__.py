@@ -11,6 +11,7 @@ from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
 from flintknap.inputs import MAX_MAGNITUDE, MIN_MAGNITUDE
 from flintknap.snapshot import load, save
+from flintknap.window import Window
 
 __all__ = [
     "MAX_MAGNITUDE",
@@ -20,6 +21,7 @@ __all__ = [
     "InputError",
     "InvariantError",
     "LogError",
+    "Window",
     "load",
     "reference",
     "save",

@@ -71,6 +71,9 @@ def _parser() -> argparse.ArgumentParser:
     verb.add_argument("log", metavar="LOG", help="JSON Lines, gzip or not; - is standard input")
     verb.add_argument("--until", metavar="T", type=_time, help="leave out events later than T")
     verb.add_argument("--object", metavar="NAME", help="leave out other objects")
+    verb.add_argument(
+        "--window", metavar="SECONDS", type=_seconds, help="points leave when they are so old"
+    )
     verb.add_argument("--svg", metavar="FILE", type=Path, help="draw the boundaries")
     verb.add_argument("--geojson", metavar="FILE", type=Path, help="write the boundaries")
     verb.add_argument("--json", action="store_true", help="summary as JSON on standard output")
@@ -83,6 +86,14 @@ def _time(text: str) -> float:
         if not math.isnan(value):
             return value
     raise argparse.ArgumentTypeError(f"got {text!r}, expected a number")
+
+
+def _seconds(text: str) -> float:
+    with suppress(ValueError):
+        value = float(text)
+        if 0 < value < math.inf:
+            return value
+    raise argparse.ArgumentTypeError(f"got {text!r}, expected a positive finite number")
 
 
 def _replay(options: argparse.Namespace) -> None:
@@ -105,6 +116,7 @@ def _replay(options: argparse.Namespace) -> None:
                 options.log,
                 until=options.until,
                 object=options.object,
+                window=options.window,
                 answer=_print_answer,
                 progress=lambda position: bar.update(position - bar.n),
             )
@@ -113,7 +125,7 @@ def _replay(options: argparse.Namespace) -> None:
         seconds = time.perf_counter() - started
         for file, exported in outputs:
             file.write(exported(done.engines).encode())
-        summary = _summary(done, seconds)
+        summary = _summary(done, options.window, seconds)
         if options.json:
             _print(summary)
         else:
@@ -131,7 +143,7 @@ def _print(value: Answer | dict[str, Any]) -> None:
     sys.stdout.buffer.flush()
 
 
-def _summary(done: Replay, seconds: float) -> dict[str, Any]:
+def _summary(done: Replay, window: float | None, seconds: float) -> dict[str, Any]:
     boundaries = {name: engine.boundary() for name, engine in done.engines.items()}
     events = sum(done.events.values())
     return {
@@ -139,6 +151,7 @@ def _summary(done: Replay, seconds: float) -> dict[str, Any]:
             {
                 "object": name,
                 "events": done.events[name],
+                "expired": done.windows[name].expired if name in done.windows else 0,
                 "points": len(done.engines[name]),
                 "status": boundary.status,
                 "inside": len(boundary.inside),
@@ -149,6 +162,7 @@ def _summary(done: Replay, seconds: float) -> dict[str, Any]:
             }
             for name, boundary in boundaries.items()
         ],
+        "window": window,
         "events": events,
         "seconds": seconds,
         "events_per_second": events / seconds,
@@ -157,7 +171,7 @@ def _summary(done: Replay, seconds: float) -> dict[str, Any]:
 
 def _table(summary: dict[str, Any]) -> str:
     """Lay the summary out for people: a column for each property, a row for each object."""
-    rows = [["object", "events", "points", "status", "vertices", "area", "digest"]]
+    rows = [["object", "events", "expired", "points", "status", "vertices", "area", "digest"]]
     for facts in summary["objects"]:
         status = facts["status"]
         if status == "locked":
@@ -166,6 +180,7 @@ def _table(summary: dict[str, Any]) -> str:
             [
                 facts["object"] if facts["object"].isprintable() else ascii(facts["object"]),
                 f"{facts['events']:,}",
+                f"{facts['expired']:,}",
                 f"{facts['points']:,}",
                 status,
                 f"{facts['vertices']:,}",
@@ -173,6 +188,8 @@ def _table(summary: dict[str, Any]) -> str:
                 facts["digest"],
             ]
         )
+    if summary["window"] is None:
+        rows = [row[:2] + row[3:] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     speed = f"{summary['events']:,} events in {summary['seconds']:.3g} s"

@@ -2,7 +2,8 @@
 
 Every type here is one line of JSON, its fields in the order given (`docs/log-format.md`). Decoding
 checks that nothing is missing, nothing unknown and every number finite; whether a coordinate has
-an admissible magnitude is asked where it enters an engine (inputs.py).
+an admissible magnitude is asked where it enters an engine (inputs.py), and whether there is such a
+point where it is looked for (replay.py).
 
 Times, and the unit of coordinates, are the business of whoever wrote the log. Objects are told
 apart by name; each has an engine of its own.
@@ -13,10 +14,12 @@ No event can be part of a reference cycle, so the garbage collector is told to p
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import UNSET, UnsetType
 
+Id = Annotated[int, msgspec.Meta(ge=0, le=2**63 - 1)]
 Kind = Literal["side", "contains"]
 
 
@@ -36,6 +39,38 @@ class Insert(_Record, tag_field="op", tag="insert", frozen=True, kw_only=True):
 
     t: float
     object: str = "object"
+    x: float
+    y: float
+
+
+class Remove(_Record, tag_field="op", tag="remove", frozen=True, kw_only=True):
+    """At time ``t`` a point was taken back: that with the ``id``, or else that at (x, y)."""
+
+    t: float
+    object: str = "object"
+    id: Id | UnsetType = UNSET
+    x: float | UnsetType = UNSET
+    y: float | UnsetType = UNSET
+
+    def __post_init__(self) -> None:
+        given = [self.id is not UNSET, self.x is not UNSET, self.y is not UNSET]
+        if given not in ([True, False, False], [False, True, True]):
+            raise ValueError("Object needs either field `id` or fields `x` and `y`")
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Where the point is, if that is how it was named."""
+        if isinstance(self.x, UnsetType) or isinstance(self.y, UnsetType):
+            return None
+        return self.x, self.y
+
+
+class Move(_Record, tag_field="op", tag="move", frozen=True, kw_only=True):
+    """At time ``t`` the point with the ``id`` was seen at (x, y)."""
+
+    t: float
+    object: str = "object"
+    id: Id
     x: float
     y: float
 
@@ -61,5 +96,5 @@ class Answer(_Record, frozen=True, kw_only=True):
     answer: int | bool
 
 
-Event = Insert | Query
+Event = Insert | Remove | Move | Query
 HEADER = Header("flintknap", 1)

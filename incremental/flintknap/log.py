@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 BLOCK = 1 << 17  # bytes: a block and its events fit into a second-level cache
 SHOWN = 120  # bytes of a refused line that an error shows
-EXPECTED = "an insert or query event"
+EXPECTED = "an insert, remove, move or query event"
 
 _encode = msgspec.json.Encoder(enc_hook=float).encode  # the hook takes NumPy's scalars
 _header = msgspec.json.Decoder(Header)

@@ -4,12 +4,20 @@ Theory of operation. Inserts wait, object by object, until their object is asked
 events ends; then they enter its engine together. An engine answers alike however its points were
 batched, so nobody can tell, and a million inserts of one object make a few hundred calls.
 
+Windows. With a window, each object has one of its own (window.py), and its time is that of its own
+events, queries included. What has expired leaves before a query, a removal or a move, and at the
+end of a block; a run of inserts is still one call.
+
+Absent points. Without a window, removing or moving what is not there is an error. With one, it may
+have expired, or be still under way: only ids that were never given are errors then.
+
 Filters. Events later than `until`, or of another object, are passed over as if they were not there.
 Times need not rise along a log: the order is that of the lines, and `until` looks at each event by
 itself. What is passed over must be well-formed, but the magnitudes of its numbers are not asked.
 
 Cost. Beyond reading and the engine, 0.12 us an insert when a block is about few objects, and about
-1 us when it is about hundreds. Memory: the engines and one block.
+1 us when it is about hundreds; a removal or a move, a call each; with a window 5 us an insert.
+Memory: the engines, their windows and one block.
 
 Refuses what log.py and the engines refuse, with file and line where there is a file. What came
 before in other blocks has been applied and answered by then.
@@ -27,11 +35,12 @@ import numpy as np
 from flintknap import inputs, log
 from flintknap.engine import Engine
 from flintknap.errors import InputError, LogError
-from flintknap.events import Answer, Event, Insert, Query
+from flintknap.events import Answer, Event, Insert, Move, Query, Remove
 from flintknap.log import Block
+from flintknap.window import Window
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 BATCH = 2048  # events of an iterable that are applied at once
 FEW = 8  # inserts below which a call for each costs less than arrays do
@@ -45,18 +54,25 @@ class Replay:
     Attributes:
         engines: the engine of each object.
         events: the number of events of each object, queries included.
+        windows: the window of each object; empty if there was none.
 
     """
 
     engines: dict[str, Engine]
     events: dict[str, int]
+    windows: dict[str, Window]
+
+
+class _AbsentError(InputError):
+    """An event about a point that is not there."""
 
 
 class _Object:
-    """An engine, and the inserts that wait to enter it."""
+    """An engine, its window if it has one, and the inserts that wait to enter it."""
 
-    def __init__(self) -> None:
+    def __init__(self, seconds: float | None) -> None:
         self.engine = Engine()
+        self.window = None if seconds is None else Window(self.engine, seconds)
         self.waiting: list[Insert] = []
         self.events = 0
 
@@ -64,17 +80,56 @@ class _Object:
         count = len(self.waiting)
         if count < FEW:
             for event in self.waiting:
-                self.engine.insert(event.x, event.y)
+                if self.window is None:
+                    self.engine.insert(event.x, event.y)
+                else:
+                    self.window.insert(event.t, event.x, event.y)
         else:
             x = np.fromiter((event.x for event in self.waiting), np.float64, count)
             y = np.fromiter((event.y for event in self.waiting), np.float64, count)
-            self.engine.insert(x, y)
+            if self.window is None:
+                self.engine.insert(x, y)
+            else:
+                t = np.fromiter((event.t for event in self.waiting), np.float64, count)
+                self.window.insert(t, x, y)
         self.events += count
         self.waiting.clear()
+
+    def change(self, event: Remove | Move) -> None:
+        self.flush()
+        self.events += 1
+        if isinstance(event, Remove) and event.place is not None:
+            self.remove_at(event.t, *event.place)
+            return
+        try:
+            if isinstance(event, Move):
+                if self.window is None:
+                    self.engine.move(event.id, event.x, event.y)
+                else:
+                    self.window.move(event.t, event.id, event.x, event.y)
+            elif isinstance(event.id, int):
+                if self.window is None:
+                    self.engine.remove(event.id)
+                else:
+                    self.window.remove(event.t, event.id)
+        except KeyError:
+            wanted = "that is there" if self.window is None else "that was given"
+            raise _AbsentError(f"id: got {event.id}, expected one {wanted}") from None
+
+    def remove_at(self, t: float, x: float, y: float) -> None:
+        if self.window is not None:
+            self.window.retract(t, x, y)
+            return
+        there = self.engine.find(x, y)
+        if there < 0:
+            raise _AbsentError(f"x, y: got {(x, y)}, expected a point that is there")
+        self.engine.remove(there)
 
     def answer(self, query: Query) -> Answer:
         self.flush()
         self.events += 1
+        if self.window is not None:
+            self.window.advance(query.t)
         ask = self.engine.side if query.kind == "side" else self.engine.contains
         said = ask(query.x, query.y)
         return Answer(
@@ -87,41 +142,56 @@ def replay(
     *,
     until: float | None = None,
     object: str | None = None,  # noqa: A002 - its name in the log
+    window: float | None = None,
     answer: Callable[[Answer], Any] = lambda _: None,
     progress: Callable[[int], Any] = lambda _: None,
 ) -> Replay:
     """Apply a log, given by its path ("-" is standard input), or any events.
 
-    ``until`` keeps events with t <= until, ``object`` those of one object. ``answer`` is called
-    with what each query is answered, in order, before later events are applied; ``progress`` now
-    and then with the bytes read so far (of an iterable: the events).
+    ``until`` keeps events with t <= until, ``object`` those of one object; with a ``window`` points
+    leave when they are so many seconds old. ``answer`` is called with what each query is answered,
+    in order, before later events are applied; ``progress`` now and then with the bytes read so far
+    (of an iterable: the events).
 
     Raises LogError (of an iterable: InputError with the index in ``row``) for the first event at
-    fault, InputError for an ``object`` without events, OSError where a file cannot be read.
+    fault, InputError for an ``object`` without events or a bad ``window``, OSError where a file
+    cannot be read.
     """
     if isinstance(source, str | os.PathLike):
         file, blocks = log.name(source), log.read(source)
     else:
         file, blocks = None, _batches(source)
-    objects: defaultdict[str, _Object] = defaultdict(_Object)
+    _Object(window)  # refuses a bad window, whatever the events
+    objects: defaultdict[str, _Object] = defaultdict(lambda: _Object(window))
     mentioned: dict[str, None] = {}
     for block in blocks:
         events = block.events
+        rows: Sequence[int] = range(len(events))
         if object is not None:
             mentioned.update(dict.fromkeys(event.object for event in events))
-            events = [event for event in events if event.object == object]
-        if until is not None:
-            events = [event for event in events if event.t <= until]
+        if object is not None or until is not None:
+            rows = [
+                row
+                for row, event in enumerate(block.events)
+                if (object is None or event.object == object)
+                and (until is None or event.t <= until)
+            ]
+            events = [block.events[row] for row in rows]
+        changed = -1
         try:
-            for event in events:
+            for row, event in zip(rows, events, strict=True):
                 if isinstance(event, Insert):
                     objects[event.object].waiting.append(event)
-                else:
+                elif isinstance(event, Query):
                     answer(objects[event.object].answer(event))
+                else:
+                    changed = row
+                    objects[event.object].change(event)
             for each in objects.values():
                 each.flush()
-        except InputError:
-            _blame(events, block, file)
+        except InputError as error:
+            absent = (changed, error) if isinstance(error, _AbsentError) else None
+            _blame(rows, block, file, absent)
             raise
         progress(block.position)
     if object is not None and object not in mentioned:
@@ -131,6 +201,7 @@ def replay(
     return Replay(
         {name: each.engine for name, each in objects.items()},
         {name: each.events for name, each in objects.items()},
+        {name: each.window for name, each in objects.items() if each.window is not None},
     )
 
 
@@ -146,14 +217,24 @@ def _batches(events: Iterable[Event]) -> Iterator[Block]:
     yield Block(count - len(batch), batch, count)
 
 
-def _blame(events: Iterable[Event], block: Block, file: str | None) -> None:
-    """Raise for the first of the events, all from one block, that no engine takes."""
-    for event in events:
+def _blame(
+    rows: Iterable[int], block: Block, file: str | None, absent: tuple[int, InputError] | None
+) -> None:
+    """Raise for the first of these rows of a block at fault, as it waited or when it was applied.
+
+    ``absent`` is the row that was about an absent point, and what is to be said of it.
+    """
+    for row in rows:
+        event = block.events[row]
+        place = event.place if isinstance(event, Remove) else (event.x, event.y)
         try:
-            inputs.scalar(event.x, "x")
-            inputs.scalar(event.y, "y")
+            if place is not None:
+                inputs.scalar(place[0], "x")
+                inputs.scalar(place[1], "y")
+            if absent is not None and row == absent[0]:
+                raise absent[1]
         except InputError as error:
-            row = block.line + block.events.index(event)
+            line = block.line + row
             if file is None:
-                raise InputError(f"event {row}: {error}", row=row) from None
-            raise LogError(file, row, str(error)) from None
+                raise InputError(f"event {line}: {error}", row=line) from None
+            raise LogError(file, line, str(error)) from None
