@@ -189,3 +189,16 @@ def histories(draw: DrawFn, size: int = 40) -> list[Operation]:
         if draw(st.booleans()):
             operations.append(("ask", xy[:0]))
     return [*operations, ("ask", xy[:0])]
+
+
+@st.composite
+def at_offset(draw: DrawFn, size: int) -> Points:
+    """Tight clusters far from the origin: neighbours are one to some doubles apart."""
+    corner = array(
+        [(draw(st.sampled_from([1e6, -1e6, 1e6 + 1e-3])), draw(st.sampled_from([1e6, 7])))]
+    )
+    steps = draw(many(st.tuples(st.integers(0, 6), st.integers(0, 6)), size))
+    return corner + array(steps) * 2.0**-33
+
+
+FAMILIES.append(at_offset)

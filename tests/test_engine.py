@@ -65,6 +65,31 @@ def test_a_duplicate_changes_neither_the_set_nor_the_revision(square: fk.Engine)
     assert square.boundary() is not boundary
 
 
+def test_removing_and_moving(square: fk.Engine) -> None:
+    square.insert(2.0, 1.0)
+    square.insert(4.0, 0.0)
+    digest, revision = square.digest(), square.revision
+    square.remove(1)  # it is there twice
+    assert square.multiplicity(1) == 1
+    assert (square.digest(), square.revision) == (digest, revision)
+    with pytest.raises(KeyError, match="1"):
+        square.remove([0, 1, 1])
+    assert len(square) == 5
+    assert square.move(4, 2.0, 3.0) == 4
+    assert square.revision == revision + 1
+    np.testing.assert_array_equal(square.boundary().ids, [0, 1, 2, 4, 3])
+    assert square.find(2.0, 3.0) == 4
+    np.testing.assert_array_equal(square.find([2.0, 0.0], [1.0, -0.0]), [-1, 0])
+    assert square.move(4, 0.0, 4.0) == 3  # a point is there already
+    assert square.multiplicity(3) == 2
+    square.remove([0, 1])
+    assert square.boundary().status == "degenerate"
+    square.clear()
+    assert len(square) == 0
+    assert square.insert(1.0, 1.0) == 5
+    square.check()
+
+
 def test_minus_zero_is_zero() -> None:
     engine = fk.Engine()
     assert engine.insert(0.0, 1.0) == engine.insert(-0.0, 1.0)
@@ -131,6 +156,16 @@ def test_unknown_ids_are_named(square: fk.Engine) -> None:
             call(-1)
     with pytest.raises(fk.InputError, match="integer ids"):
         square.points([0.5])
+    for beyond in (-1, 4, 2**63, 10**30):
+        with pytest.raises(KeyError, match=str(beyond)):
+            square.remove(beyond)
+        with pytest.raises(KeyError, match=str(beyond)):
+            square.move(beyond, 1.0, 1.0)
+    with pytest.raises(KeyError, match=str(2**64 - 1)):
+        square.remove(np.array([2**64 - 1], np.uint64))
+    with pytest.raises(fk.InputError, match="x: got nan"):
+        square.move(0, np.nan, 1.0)
+    assert len(square) == 4
 
 
 def test_the_ends_of_the_range_are_admissible() -> None:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
     from flintknap.boundary import Status
 
+_LARGEST_ID = 2**63 - 1
+
 
 class Engine:
     """A planar object, known by points on its boundary."""
@@ -70,7 +72,7 @@ class Engine:
         was applied.
         """
         if isinstance(ids, int):
-            if not self._kernel.remove(ids):
+            if not 0 <= ids <= _LARGEST_ID or not self._kernel.remove(ids):
                 raise KeyError(ids)
             return
         known = self._known(ids, "ids").ravel()
@@ -89,7 +91,8 @@ class Engine:
         Raises KeyError for an unknown id and InputError for an inadmissible place; then nothing
         was applied.
         """
-        there = self._kernel.move(point, inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        xs, ys = inputs.scalar(x, "x"), inputs.scalar(y, "y")
+        there = self._kernel.move(point, xs, ys) if 0 <= point <= _LARGEST_ID else -1
         if there < 0:
             raise KeyError(point)
         return there

@@ -77,7 +77,7 @@ def identifiers(
     out = got.astype(np.int64, copy=False)
     bad = unknown(out)
     if bad.any():
-        raise KeyError(int(out.ravel()[int(np.argmax(bad.ravel()))]))
+        raise KeyError(int(got.ravel()[int(np.argmax(bad.ravel()))]))
     return out
 
 

@@ -29,8 +29,9 @@ class Hints {
     void make_room() {
         if (nodes_.capacity() < nodes_.size() + kSteps + 1) {
             nodes_.reserve(2 * nodes_.size() + kSteps + 1);
-            free_.reserve(nodes_.capacity());  // so that remove cannot fail, either
         }
+        // so that remove cannot fail, either
+        if (free_.capacity() < nodes_.capacity()) free_.reserve(nodes_.capacity());
     }
 
     // Adds a site at p, which none of the sites added before equals.

@@ -48,7 +48,7 @@ class Ids {
 
     // The value of an id, or kNone if it is not alive.
     Index find(std::int64_t id) const {
-        if (id < first_ || id >= next_ || pages_[page(id)] == nullptr) return kNone;
+        if (id < first_ || page(id) >= pages_.size() || pages_[page(id)] == nullptr) return kNone;
         return pages_[page(id)]->value[slot(id)];
     }
 

@@ -10,6 +10,7 @@
 // the others wait on, the constriction is made from scratch next time; nothing is lost.
 #pragma once
 
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -159,9 +160,13 @@ class Object {
         }
         triangulation_.remove(slot, constriction_);
         if (triangulation_.is_flat()) return;
-        constriction_.vanished();
-        constriction_.created(triangulation_.created());
-        state_ = State::changed;
+        try {
+            constriction_.vanished();
+            constriction_.created(triangulation_.created());
+            state_ = State::changed;
+        } catch (const std::bad_alloc&) {
+            // The site is gone and cannot come back; but a stale constriction loses nothing.
+        }
     }
 
     template <class Observer, class Poll>

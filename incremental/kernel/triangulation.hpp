@@ -92,7 +92,8 @@ class Triangulation {
     }
 
     // Removes the site in slot v. `observer` learns which triangles go, while they still stand;
-    // created() tells which came. If memory ends, nothing has changed.
+    // created() tells which came. If memory ends, nothing has changed here, though the observer may
+    // have been told.
     template <class Observer>
     void remove(Index v, Observer& observer) {
         make_room();
@@ -101,16 +102,14 @@ class Triangulation {
             drop_from_line(v);
         } else {
             find_star(v);
+            observer.destroying(cavity_);
             if (find_line()) {
-                observer.destroying(cavity_);
                 flatten();
             } else if (rim_.size() <= kSmallHole) {
-                observer.destroying(cavity_);
                 leave_hole(v);
                 SmallHole(mesh_, sites_, rim_).fill(cavity_);
             } else {
                 LargeHole<Triangulation> hole(sites_, rim_);
-                observer.destroying(cavity_);
                 leave_hole(v);
                 hole.fill(mesh_, cavity_);
             }
@@ -338,6 +337,7 @@ class Triangulation {
 
     // With a star found: do all sites but its centre lie on one line? Then they are its link.
     bool find_line() {
+        line_.reserve(rim_.size());
         line_.clear();
         for (const RimEdge& e : rim_) {
             if (e.a == kGhost) continue;
