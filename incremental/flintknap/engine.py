@@ -269,8 +269,8 @@ class Engine:
 
     # ------------------------------------------------------------------ behind the face
     def _make_boundary(self) -> Boundary:
-        ids, inside = self._kernel.ring(), self._kernel.left_inside()
-        xy, hidden = self._kernel.points(ids), self._kernel.points(inside)
+        (ids, xy), inside = self._kernel.ring(), self._kernel.left_inside()
+        hidden = self._kernel.points(inside)
         inside = inside[np.lexsort((hidden[:, 1], hidden[:, 0]))]
         for array in (ids, xy, inside):
             array.flags.writeable = False

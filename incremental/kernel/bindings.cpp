@@ -172,21 +172,26 @@ class Kernel {
         return to_numpy(std::move(out));
     }
 
-    // The ids along the ring from the smallest vertex on; empty if the points lie on a line.
+    // The ids along the ring from the smallest vertex on, and the coordinates; empty if the points
+    // lie on a line.
     auto ring() {
         auto lock = settled();
         const Triangulation& t = object_->triangulation();
         const Constriction& c = object_->constriction();
         std::vector<std::int64_t> ids;
+        std::vector<double> xy;
         if (!t.is_flat()) {
             ids.reserve(at(t.size() - c.left_inside()));
+            xy.reserve(2 * ids.capacity());
             Index v = t.smallest();
             do {
                 ids.push_back(object_->points().id_in_slot(v));
+                xy.push_back(t.site(v).x);
+                xy.push_back(t.site(v).y);
                 v = c.following(v);
             } while (v != t.smallest());
         }
-        return to_numpy(std::move(ids));
+        return nb::make_tuple(to_numpy(std::move(ids)), to_numpy(std::move(xy), 2));
     }
 
     // The ids of the vertices that are not on the ring, in no order.

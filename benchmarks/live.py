@@ -1,0 +1,144 @@
+"""One more point on top of N, and the boundary repaired: what it costs and what it touches.
+
+Each round builds an engine with N points of the set, shuffled (the cost from scratch, from points
+to ring; "constriction" is the share of it after the triangulation), then inserts further points of
+the same set one by one, each followed by a `side` that makes the boundary right again, ring
+included. "Times cheaper" is the median of the costs from scratch over the mean of the inserts; ± is
+the standard error of that mean. "Read out" is what `boundary()` takes to copy the repaired ring
+into arrays, if anybody wants it: that is O(N), and in no other figure but the cost from scratch.
+
+A repair touches an event if it undoes or makes it. Growth exponents are slopes of the least-squares
+line through the logarithms over all N: 0 is no growth, 1 is linear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from statistics import fmean, median
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import flintknap as fk
+from benchmarks import sets, tables
+from benchmarks.ours import triangulated
+from benchmarks.timing import Clock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from benchmarks.sets import Points
+
+    Cases = Mapping[tuple[str, int], "Case"]
+
+UNIFORM, NOISY, CLEAN = "uniform", "curve, noise of one spacing", "curve"
+SETS: dict[str, Callable[[int, int], Points]] = {
+    UNIFORM: sets.uniform,
+    NOISY: sets.noisy_curve,
+    CLEAN: sets.curve,
+}
+TARGETS = {(UNIFORM, 10**5): tables.at_least(60), (NOISY, 10**5): tables.at_least(250)}
+ROUNDS = 4
+SHARE = 20  # a round inserts no more than one point on top of so many: N stays N
+INSERTS, QUICK_INSERTS = 4000, 400  # in all rounds together
+ALLOWANCE = 10.0  # seconds of inserts in all rounds together
+
+
+@dataclass
+class Case:
+    """What was measured for one set and one N: microseconds, and events."""
+
+    triangulation: list[float] = field(default_factory=list)
+    constriction: list[float] = field(default_factory=list)
+    inserts: list[float] = field(default_factory=list)
+    read_out: list[float] = field(default_factory=list)
+    touched: list[int] = field(default_factory=list)
+
+
+def run(quick: bool) -> Iterator[tables.Table]:
+    """Yield a table of costs, one of touched events, one of growth exponents."""
+    sizes = (10**3, 10**4) if quick else (10**3, 10**4, 10**5, 10**6)
+    cases = {
+        (name, n): measure(make, n, QUICK_INSERTS if quick else INSERTS)
+        for name, make in SETS.items()
+        for n in sizes
+    }
+    yield costs(cases)
+    yield touched(cases)
+    yield exponents(cases)
+
+
+def measure(make: Callable[[int, int], Points], n: int, inserts: int) -> Case:
+    """Run rounds, each on a set of its own, until enough points were inserted."""
+    case = Case()
+    chunk = min(inserts // ROUNDS, n // SHARE)
+    for seed in range(inserts // chunk):
+        points = sets.shuffled(make(n + chunk + 1, seed), seed)
+        *places, last = points[n:].tolist()
+        engine, build, each, read_out = fk.Engine(), Clock(), Clock(), Clock()
+        with build.lap():
+            engine.insert(points[:n])
+            triangulated(engine)
+        with build.lap():
+            engine.boundary()
+        before = engine._kernel.touched()
+        for x, y in places:
+            with each.lap():
+                engine.insert(x, y)
+                engine.side(x, y)
+            after = engine._kernel.touched()
+            case.touched.append(after - before)
+            before = after
+            if each.seconds > ALLOWANCE / ROUNDS:
+                break
+        engine.insert(*last)
+        engine.side(*last)
+        with read_out.lap():
+            engine.boundary()
+        case.triangulation.append(1e6 * build.laps[0])
+        case.constriction.append(1e6 * build.laps[1])
+        case.inserts += [1e6 * lap for lap in each.laps]
+        case.read_out.append(1e6 * read_out.seconds)
+    return case
+
+
+def costs(cases: Cases) -> tables.Table:
+    """Return what an insert and a side cost, beside the cost from scratch."""
+    columns = ["set", "N", "inserts", "mean µs", "±", "median µs", "p99 µs", "from scratch µs"]
+    columns += ["constriction µs", "times cheaper", "target", "read out µs"]
+    table = tables.Table("Cost of an insert and a side", columns)
+    for (name, n), case in cases.items():
+        micros = np.array(case.inserts)
+        mean, error = fmean(case.inserts), micros.std() / len(micros) ** 0.5
+        scratch = median(np.add(case.triangulation, case.constriction).tolist())
+        target = TARGETS.get((name, n))
+        cells = [mean, float(error), *np.percentile(micros, [50, 99]).tolist(), scratch]
+        cells += [median(case.constriction), scratch / mean]
+        verdict = target.judge(scratch / mean) if target else ""
+        table.rows.append([name, n, len(micros), *cells, verdict, median(case.read_out)])
+    return table
+
+
+def touched(cases: Cases) -> tables.Table:
+    """Return how many events an insert touches, and what each of them costs."""
+    columns = ["set", "N", "mean", "median", "p99", "most", "µs an event"]
+    table = tables.Table("Events touched by it", columns)
+    for (name, n), case in cases.items():
+        mean, cells = fmean(case.touched), np.percentile(case.touched, [50, 99, 100])
+        table.rows.append([name, n, mean, *cells.tolist(), fmean(case.inserts) / max(mean, 1)])
+    return table
+
+
+def exponents(cases: Cases) -> tables.Table:
+    """Return how fast the costs grow with N."""
+    sizes = sorted({n for _, n in cases})
+    title = f"Growth exponents, N = {sizes[0]:,} to {sizes[-1]:,}"
+    table = tables.Table(title, ["set", "mean µs", "median µs", "mean touched", "median touched"])
+    for name in SETS:
+        row = []
+        for kind in ("inserts", "touched"):
+            for typical in (fmean, median):
+                values = [typical(getattr(cases[name, n], kind)) for n in sizes]
+                row.append(float(np.polyfit(np.log(sizes), np.log(values), 1)[0]))
+        table.rows.append([name, *row])
+    return table

@@ -1,0 +1,123 @@
+"""Is a place in the object? Uniform places over the box of the boundary, the same ring for both.
+
+The ring is the one ours found through the points, shuffled: on the curve that is the curve; on the
+others it is as crooked as can be. Shapely's polygon is prepared and warm. The last cell: how many
+places are told otherwise than ours, which are exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import flintknap as fk
+from benchmarks import sets, tables, timing
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from benchmarks.sets import Points
+    from benchmarks.timing import Clock, Contender
+
+SETS: dict[str, Callable[[int], Points]] = {
+    "uniform": sets.uniform,
+    "curve": sets.curve,
+    "maze": sets.maze,
+}
+BULK, SINGLES = 20_000, 2_000
+
+
+def run(quick: bool) -> Iterator[tables.Table]:
+    """Yield a table for many places a call, one for one place a call."""
+    bulk = tables.contest("Many places a call", "set", "M", unit="a place")
+    single = tables.contest("One place a call", "set", "M", unit="a place")
+    for name, make in SETS.items():
+        for m in (10**5,) if quick else (10**5, 10**6):
+            case = Case(sets.shuffled(make(m)))
+            found = timing.compare(at_once(case), BULK, quick=quick)
+            tables.enter(bulk, [name, m], found)
+            found = timing.compare(one_each(case), BULK, quick=quick)
+            tables.enter(single, [name, m], found)
+    yield bulk
+    yield single
+
+
+@dataclass
+class Case:
+    """An object, and places to ask about."""
+
+    points: Points
+
+    @cached_property
+    def engine(self) -> fk.Engine:
+        """With the boundary made."""
+        engine = fk.Engine()
+        engine.insert(self.points)
+        engine.boundary()
+        return engine
+
+    @cached_property
+    def polygon(self) -> Any:
+        """The same object for shapely, prepared and warm."""
+        import shapely
+
+        polygon = shapely.Polygon(self.engine.boundary().xy)
+        shapely.prepare(polygon)
+        shapely.contains_xy(polygon, *self.points[0])
+        return polygon
+
+    @cached_property
+    def places(self) -> Points:
+        """Uniform over the box."""
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        return np.random.default_rng(5).uniform(low, high, (BULK, 2))
+
+    def dissent(self, inside: NDArray[np.bool_]) -> str:
+        """Say how many of the first places are told otherwise than by the engine."""
+        truth = self.engine.side(self.places[: len(inside)]) > 0
+        return f"{np.count_nonzero(inside != truth)} otherwise"
+
+
+def at_once(case: Case) -> dict[str, Contender[str]]:
+    """Return contenders that are given all places in one call."""
+
+    def flintknap(clock: Clock) -> str:
+        with clock.lap(BULK):
+            case.engine.side(case.places)
+        return ""
+
+    def shapely(clock: Clock) -> str:
+        import shapely
+
+        polygon = case.polygon
+        with clock.lap(BULK):
+            inside = shapely.contains_xy(polygon, case.places)
+        return case.dissent(inside)
+
+    return {"flintknap side": flintknap, "shapely.contains_xy": shapely}
+
+
+def one_each(case: Case) -> dict[str, Contender[str]]:
+    """Return contenders that are given one place a call."""
+    places = case.places[:SINGLES].tolist()
+
+    def flintknap(clock: Clock) -> str:
+        with clock.lap(SINGLES):
+            for x, y in places:
+                case.engine.side(x, y)
+        return ""
+
+    def shapely(clock: Clock) -> str:
+        import shapely
+
+        polygon = case.polygon
+        with clock.lap(SINGLES):
+            inside = [shapely.contains_xy(polygon, x, y) for x, y in places]
+        return case.dissent(np.array(inside))
+
+    return {"flintknap side": flintknap, "shapely.contains_xy": shapely}
