@@ -1,0 +1,81 @@
+// One object as Python holds it, and who may touch it when.
+//
+// A call that may take long releases the GIL and looks for signals now and then. One object serves
+// one call at a time: calls from several threads take turns, those on different objects do not
+// wait for each other.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "../object.hpp"
+#include "numpy.hpp"
+
+namespace flintknap {
+
+class Kernel {
+   public:
+    // To be held while the object is used.
+    using Turn = std::unique_lock<std::mutex>;
+
+    const Object& object() const { return *object_; }
+    Object& object() { return *object_; }
+    void replace(std::unique_ptr<Object> object) { object_ = std::move(object); }
+
+    // Never waits for the lock with the GIL: who holds the lock may be waiting for the GIL.
+    Turn take_turn() {
+        Turn turn(mutex_, std::try_to_lock);
+        if (!turn) {
+            nb::gil_scoped_release others_may_run;
+            turn.lock();
+        }
+        return turn;
+    }
+
+    // This object's turn, with all points in the triangulation.
+    Turn placed() {
+        Turn turn = take_turn();
+        if (!object_->is_placed()) bring_up([&](auto poll) { object_->place(poll); });
+        return turn;
+    }
+
+    // This object's turn, with everything up to date.
+    Turn settled() {
+        Turn turn = take_turn();
+        if (!object_->is_settled()) bring_up([&](auto poll) { object_->settle(poll); });
+        return turn;
+    }
+
+   private:
+    struct Interrupted {};
+
+    // Python's handlers run with the GIL; if one raised, its exception waits in the thread's state.
+    static void poll_signals() {
+        nb::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() != 0) throw Interrupted{};
+    }
+
+    template <class Work>
+    void bring_up(Work work) {
+        if (!object_->is_long_to_settle()) return work([] {});
+        try {
+            nb::gil_scoped_release others_may_run;
+            work(poll_signals);
+        } catch (const Interrupted&) {
+            throw nb::python_error();
+        }
+    }
+
+    std::unique_ptr<Object> object_ = std::make_unique<Object>();
+    std::mutex mutex_;
+};
+
+// One a stage, each in a file of its own: adds what Python may ask of it.
+using KernelClass = nb::class_<Kernel>;
+void bind_points(KernelClass& kernel);
+void bind_gamma(KernelClass& kernel, nb::module_& module);
+void bind_boundary(KernelClass& kernel);
+void bind_whole(KernelClass& kernel);
+
+}  // namespace flintknap

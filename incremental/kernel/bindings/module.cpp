@@ -1,0 +1,52 @@
+// The kernel's face to Python: arrays in, arrays out, and nothing else of substance.
+#include "kernel.hpp"
+
+namespace flintknap {
+namespace {
+
+// The first row of which a coordinate is neither 0 nor of a magnitude from low to high; or -1.
+std::int64_t first_outside(DoubleArray x, DoubleArray y, double low, double high) {
+    auto is_inside = [&](double v) {
+        double magnitude = std::fabs(v);
+        return (low <= magnitude && magnitude <= high) || v == 0;
+    };
+    for (std::size_t i = 0; i < x.shape(0); ++i) {
+        if (!is_inside(x(i)) || !is_inside(y(i))) return static_cast<std::int64_t>(i);
+    }
+    return -1;
+}
+
+void bind_predicates(nb::module_& m) {
+    m.def("orient", [](double ax, double ay, double bx, double by, double cx, double cy) {
+        return orient({ax, ay}, {bx, by}, {cx, cy});
+    });
+    m.def("dot_sign", [](double ix, double iy, double jx, double jy, double kx, double ky) {
+        return dot_sign({ix, iy}, {jx, jy}, {kx, ky});
+    });
+    m.def("cotangent", [](double ix, double iy, double jx, double jy, double kx, double ky) {
+        return cotangent({ix, iy}, {jx, jy}, {kx, ky});
+    });
+    m.def("in_circle",
+          [](double ax, double ay, double bx, double by, double cx, double cy, double dx,
+             double dy) { return in_circle({ax, ay}, {bx, by}, {cx, cy}, {dx, dy}); });
+    m.def("in_circle_perturbed",
+          [](double ax, double ay, double bx, double by, double cx, double cy, double dx,
+             double dy) { return in_circle_perturbed({ax, ay}, {bx, by}, {cx, cy}, {dx, dy}); });
+}
+
+}  // namespace
+}  // namespace flintknap
+
+NB_MODULE(_kernel, m) {
+    using namespace flintknap;
+    using namespace nb::literals;
+
+    m.def("first_outside", &first_outside, "x"_a, "y"_a, "low"_a, "high"_a);
+    bind_predicates(m);
+    KernelClass kernel(m, "Kernel");
+    kernel.def(nb::init<>());
+    bind_points(kernel);
+    bind_gamma(kernel, m);
+    bind_boundary(kernel);
+    bind_whole(kernel);
+}

@@ -1,0 +1,34 @@
+// Arrays on their way in and out.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "../predicates.hpp"
+
+namespace flintknap {
+
+namespace nb = nanobind;
+
+using DoubleArray = nb::ndarray<const double, nb::ndim<1>, nb::device::cpu>;
+using ByteArray = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using IdArray = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::device::cpu>;
+
+// An array that owns its values, with as many columns as a row has.
+template <class T>
+auto to_numpy(std::vector<T>&& values, std::size_t columns = 1) {
+    auto* owned = new std::vector<T>(std::move(values));
+    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    std::size_t shape[2] = {owned->size() / columns, columns};
+    return nb::ndarray<nb::numpy, T>(owned->data(), columns == 1 ? 1 : 2, shape, owner);
+}
+
+// -0.0 and 0.0 are one place, with one hash.
+inline Point place(double x, double y) { return {x + 0.0, y + 0.0}; }
+
+}  // namespace flintknap

@@ -1,0 +1,59 @@
+// The object as a whole: as bytes, checked, weighed.
+#include <nanobind/stl/string.h>
+
+#include "kernel.hpp"
+
+namespace flintknap {
+namespace {
+
+// Everything, as bytes.
+auto dump(Kernel& k) {
+    auto turn = k.settled();
+    Writer writer(k.object().bytes());
+    {
+        nb::gil_scoped_release others_may_run;
+        k.object().transfer(writer);
+    }
+    return to_numpy(std::move(writer).bytes());
+}
+
+// Becomes what was dumped.
+void restore(Kernel& k, ByteArray bytes) {
+    auto turn = k.take_turn();
+    auto object = std::make_unique<Object>();
+    Reader reader(bytes.data(), bytes.shape(0));
+    {
+        nb::gil_scoped_release others_may_run;
+        object->transfer(reader);
+    }
+    if (!reader.at_end()) throw std::invalid_argument("there are more bytes than expected");
+    k.replace(std::move(object));
+}
+
+std::string check(Kernel& k) {
+    auto turn = k.settled();
+    return k.object().check();
+}
+
+std::size_t bytes(Kernel& k) {
+    auto turn = k.take_turn();
+    return k.object().bytes();
+}
+
+std::int64_t touched(Kernel& k) {
+    auto turn = k.settled();
+    return k.object().constriction().touched();
+}
+
+}  // namespace
+
+void bind_whole(KernelClass& kernel) {
+    using namespace nb::literals;
+    kernel.def("dump", dump)
+        .def("restore", restore, "dumped"_a)
+        .def("check", check)
+        .def("bytes", bytes)
+        .def("touched", touched);
+}
+
+}  // namespace flintknap
