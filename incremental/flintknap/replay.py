@@ -15,7 +15,7 @@ Filters. Events later than `until`, or of another object, are passed over as if 
 Times need not rise along a log: the order is that of the lines, and `until` looks at each event by
 itself. What is passed over must be well-formed, but the magnitudes of its numbers are not asked.
 
-Cost. Beyond reading and the engine, 0.12 us an insert when a block is about few objects, and about
+Cost. Beyond reading and the engine, 0.15 us an insert when a block is about one object alone, and about
 1 us when it is about hundreds; a removal or a move, a call each; with a window 5 us an insert.
 Memory: the engines, their windows and one block.
 
@@ -28,7 +28,8 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 BATCH = 2048  # events of an iterable that are applied at once
 FEW = 8  # inserts below which a call for each costs less than arrays do
 NAMED = 10  # objects that an error names
+
+_object_of, _t_of, _x_of, _y_of = (attrgetter(field) for field in ("object", "t", "x", "y"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +88,12 @@ class _Object:
                 else:
                     self.window.insert(event.t, event.x, event.y)
         else:
-            x = np.fromiter((event.x for event in self.waiting), np.float64, count)
-            y = np.fromiter((event.y for event in self.waiting), np.float64, count)
+            x = np.fromiter(map(_x_of, self.waiting), np.float64, count)
+            y = np.fromiter(map(_y_of, self.waiting), np.float64, count)
             if self.window is None:
                 self.engine.insert(x, y)
             else:
-                t = np.fromiter((event.t for event in self.waiting), np.float64, count)
+                t = np.fromiter(map(_t_of, self.waiting), np.float64, count)
                 self.window.insert(t, x, y)
         self.events += count
         self.waiting.clear()
@@ -179,14 +182,18 @@ def replay(
             events = [block.events[row] for row in rows]
         changed = -1
         try:
-            for row, event in zip(rows, events, strict=True):
-                if isinstance(event, Insert):
-                    objects[event.object].waiting.append(event)
-                elif isinstance(event, Query):
-                    answer(objects[event.object].answer(event))
-                else:
-                    changed = row
-                    objects[event.object].change(event)
+            found = set(map(_object_of, events))
+            if len(found) == 1 and set(map(type, events)) == {Insert}:  # most blocks of most logs
+                objects[found.pop()].waiting += cast("list[Insert]", events)
+            else:
+                for row, event in zip(rows, events, strict=True):
+                    if isinstance(event, Insert):
+                        objects[event.object].waiting.append(event)
+                    elif isinstance(event, Query):
+                        answer(objects[event.object].answer(event))
+                    else:
+                        changed = row
+                        objects[event.object].change(event)
             for each in objects.values():
                 each.flush()
         except InputError as error:
