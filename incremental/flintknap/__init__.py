@@ -6,10 +6,10 @@ through them, exact point-in-object answers and the gamma-graph behind them.
 """
 
 from flintknap import reference
+from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
 from flintknap.boundary import Boundary
 from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
-from flintknap.inputs import MAX_MAGNITUDE, MIN_MAGNITUDE
 from flintknap.snapshot import load, save
 from flintknap.window import Window
 

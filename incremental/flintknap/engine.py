@@ -56,7 +56,10 @@ class Engine:
         Raises InputError naming the first row at fault; then no point of the call was added.
         """
         if isinstance(x, float) and isinstance(y, float):
-            return self._kernel.insert(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+            point = self._kernel.insert(x, y)
+            if point < 0:
+                inputs.scalar(x, "x"), inputs.scalar(y, "y")  # one of them raises
+            return point
         xs, ys = inputs.pairs(x, y)
         if xs.ndim == 0:
             return self._kernel.insert(float(xs), float(ys))

@@ -14,16 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flintknap._kernel import first_outside
+from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE, first_outside
 from flintknap.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
-
-MIN_MAGNITUDE = 1e-60
-MAX_MAGNITUDE = 1e60
 
 _EXPECTED = f"0 or a magnitude from {MIN_MAGNITUDE:g} to {MAX_MAGNITUDE:g}"
 
@@ -56,7 +53,7 @@ def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]
                 raise InputError(
                     f"x and y: got shapes {xs.shape} and {ys.shape}, expected shapes that broadcast"
                 ) from None
-    row = first_outside(xs.ravel(), ys.ravel(), MIN_MAGNITUDE, MAX_MAGNITUDE)
+    row = first_outside(xs.ravel(), ys.ravel())
     if row >= 0:
         got = (float(xs.ravel()[row]), float(ys.ravel()[row]))
         raise InputError(

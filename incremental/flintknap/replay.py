@@ -15,9 +15,9 @@ Filters. Events later than `until`, or of another object, are passed over as if 
 Times need not rise along a log: the order is that of the lines, and `until` looks at each event by
 itself. What is passed over must be well-formed, but the magnitudes of its numbers are not asked.
 
-Cost. Beyond reading and the engine, 0.15 us an insert when a block is about one object alone, and about
-1 us when it is about hundreds; a removal or a move, a call each; with a window 5 us an insert.
-Memory: the engines, their windows and one block.
+Cost. Beyond reading and the engine, 0.15 us an insert when a block is about one object alone, and
+about 1 us when it is about hundreds; a removal or a move, a call each; with a window 5 us an
+insert. Memory: the engines, their windows and one block.
 
 Refuses what log.py and the engines refuse, with file and line where there is a file. What came
 before in other blocks has been applied and answered by then.

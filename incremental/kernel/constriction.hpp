@@ -68,6 +68,7 @@ class Constriction {
         }
         while (!heap.empty()) {
             Opening next = heap.pop();
+            if (!heap.empty()) prefetch(heap.top());
             while (!on_ring(next.apex)) next = step(next, heap);
         }
     }
@@ -217,6 +218,13 @@ class Constriction {
 
     Opening opening(Index edge) const {
         return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
+    }
+
+    // Fetches what taking the opening will need first.
+    void prefetch(const Opening& opening) const {
+        __builtin_prefetch(&holder_[at(opening.apex)]);
+        __builtin_prefetch(&event_of_[at(Mesh::triangle(opening.edge))]);
+        t_.mesh().prefetch(opening.edge);
     }
 
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is

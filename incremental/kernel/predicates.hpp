@@ -26,6 +26,14 @@ struct Point {
     double x, y;
 };
 
+constexpr double kMinMagnitude = 1e-60, kMaxMagnitude = 1e60;
+
+inline bool is_admissible(double v) {
+    double magnitude = std::fabs(v);
+    return (kMinMagnitude <= magnitude && magnitude <= kMaxMagnitude) || v == 0;
+}
+inline bool is_admissible(Point p) { return is_admissible(p.x) && is_admissible(p.y); }
+
 inline bool operator==(Point a, Point b) { return a.x == b.x && a.y == b.y; }
 inline bool operator<(Point a, Point b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 

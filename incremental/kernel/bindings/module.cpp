@@ -4,14 +4,10 @@
 namespace flintknap {
 namespace {
 
-// The first row of which a coordinate is neither 0 nor of a magnitude from low to high; or -1.
-std::int64_t first_outside(DoubleArray x, DoubleArray y, double low, double high) {
-    auto is_inside = [&](double v) {
-        double magnitude = std::fabs(v);
-        return (low <= magnitude && magnitude <= high) || v == 0;
-    };
+// The first row with a coordinate that is not admissible, or -1.
+std::int64_t first_outside(DoubleArray x, DoubleArray y) {
     for (std::size_t i = 0; i < x.shape(0); ++i) {
-        if (!is_inside(x(i)) || !is_inside(y(i))) return static_cast<std::int64_t>(i);
+        if (!is_admissible({x(i), y(i)})) return static_cast<std::int64_t>(i);
     }
     return -1;
 }
@@ -41,7 +37,9 @@ NB_MODULE(_kernel, m) {
     using namespace flintknap;
     using namespace nb::literals;
 
-    m.def("first_outside", &first_outside, "x"_a, "y"_a, "low"_a, "high"_a);
+    m.attr("MIN_MAGNITUDE") = kMinMagnitude;
+    m.attr("MAX_MAGNITUDE") = kMaxMagnitude;
+    m.def("first_outside", &first_outside, "x"_a, "y"_a);
     bind_predicates(m);
     KernelClass kernel(m, "Kernel");
     kernel.def(nb::init<>());

@@ -4,7 +4,9 @@
 namespace flintknap {
 namespace {
 
+// The id of the point, or -1 if it is not admissible.
 std::int64_t insert(Kernel& k, double x, double y) {
+    if (!is_admissible({x, y})) return -1;
     auto turn = k.take_turn();
     return k.object().insert(place(x, y));
 }
