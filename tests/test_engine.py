@@ -379,9 +379,10 @@ def test_an_interrupt_leaves_a_usable_engine() -> None:
 def test_kernel_and_its_typed_face_name_the_same_things() -> None:
     stub = ast.parse((Path(fk.__file__).parent / "_kernel.pyi").read_text())
     functions = {n.name for n in stub.body if isinstance(n, ast.FunctionDef)}
+    values = {ast.unparse(n.target) for n in stub.body if isinstance(n, ast.AnnAssign)}
     classes = {n.name: n for n in stub.body if isinstance(n, ast.ClassDef)}
     actual = {n for n in vars(_kernel) if not n.startswith("_")}
-    assert functions | set(classes) == actual
+    assert functions | values | set(classes) == actual
     methods = {n.name for n in classes["Kernel"].body if isinstance(n, ast.FunctionDef)}
     there = {n for n in vars(_kernel.Kernel) if not n.startswith("_")}
     assert {m for m in methods if not m.startswith("_")} == there
