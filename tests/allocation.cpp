@@ -36,6 +36,15 @@ void* allocate(std::size_t size) {
 
 void* operator new(std::size_t size) { return allocate(size); }
 void* operator new[](std::size_t size) { return allocate(size); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    std::free(allocate(1));  // counts, and may fail
+    std::size_t unit = std::size_t(alignment);
+    void* p = std::aligned_alloc(unit, (size + unit - 1) / unit * unit);
+    if (p == nullptr) throw std::bad_alloc();
+    return p;
+}
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 void operator delete(void* p) noexcept { std::free(p); }
 void operator delete[](void* p) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t) noexcept { std::free(p); }
@@ -95,8 +104,13 @@ bool fails_at(long k, Object& object, const Call& call) {
     return false;
 }
 
-std::string settled_and_checked(Object& object) {
+void settle(Object& object) {
     object.settle(nothing_to_poll);
+    object.update_ring();
+}
+
+std::string settled_and_checked(Object& object) {
+    settle(object);
     return object.check();
 }
 
@@ -152,7 +166,7 @@ Sites line(int n) {
 Call settled_set(const Sites& points) {
     return [=](Object& object) {
         insert(object, points);
-        object.settle(nothing_to_poll);
+        settle(object);
     };
 }
 
@@ -161,7 +175,7 @@ Call grown_set(const Sites& points) {
     return [=](Object& object) {
         for (Point p : points) {
             object.insert(p);
-            object.settle(nothing_to_poll);
+            settle(object);
         }
     };
 }
@@ -223,7 +237,7 @@ void storm(std::uint64_t seed) {
         dice.seed(unsigned(next));
         bool failed = false;
         try {
-            if (what == 0) object.settle(nothing_to_poll);
+            if (what == 0) settle(object);
             if (what == 1) object.place(nothing_to_poll);
             if (what == 2) insert(object, batch);
             if (what == 3 && some != kNone) object.move(some, to);
@@ -256,7 +270,6 @@ int main() {
             if (x * x + y * y == 65 * 65) circle.push_back({double(x), double(y)});
         }
     }
-    auto settle = [](Object& object) { object.settle(nothing_to_poll); };
     auto insert_far = [=](Object& object) { insert(object, far); };
     auto remove_one = [](Point p) { return [=](Object& object) { remove(object, p); }; };
 

@@ -22,6 +22,8 @@
 //        \    /                v   ^
 //          k                     k
 //
+// Links (links.hpp) learns which vertices are followed by others than before.
+//
 // Invariants (check): the events are those of a run from scratch; following() runs along the
 // edges between triangles that are left and those that are not.
 // Cost: build O(n log n); a repair O(touched log n), touched being the events that died or came.
@@ -33,6 +35,7 @@
 
 #include "forest.hpp"
 #include "heap.hpp"
+#include "links.hpp"
 
 namespace flintknap {
 
@@ -45,6 +48,8 @@ class Constriction {
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
     Index left_inside() const { return left_inside_; }
+    Links& links() { return links_; }
+    const Links& links() const { return links_; }
     // How many events have died or come in repairs so far.
     std::int64_t touched() const { return touched_; }
 
@@ -57,6 +62,7 @@ class Constriction {
         following_.assign(at(m.vertices()), kNone);
         left_inside_ = t_.size();
         forget_changes();
+        links_.touch_all();
         Openings heap(Sooner{*this});
         std::vector<Index> hull = t_.hull();
         for (Index h : hull) {
@@ -109,6 +115,7 @@ class Constriction {
         holder_.resize(std::max(holder_.size(), at(v) + 1), kNone);
         following_.resize(holder_.size(), kNone);
         release(v);
+        links_.touch(v);
     }
 
     // A site is gone, which nobody holds any more; to be said after destroying.
@@ -160,7 +167,7 @@ class Constriction {
     }
 
     std::size_t bytes() const {
-        return forest_.bytes() +
+        return forest_.bytes() + links_.bytes() +
                (event_of_.capacity() + holder_.capacity() + following_.capacity()) * sizeof(Index);
     }
 
@@ -330,8 +337,10 @@ class Constriction {
         for (Index h = 3 * x; h < 3 * x + 3; ++h) {
             Index o = m.twin(h);
             if (inside == is_inside(Mesh::triangle(o))) continue;
-            Index edge = inside ? h : o;
-            following_[at(m.origin(edge))] = m.target(edge);
+            Index edge = inside ? h : o, v = m.origin(edge);
+            if (following(v) == m.target(edge)) continue;
+            following_[at(v)] = m.target(edge);
+            links_.touch(v);
         }
     }
 
@@ -350,6 +359,7 @@ class Constriction {
     std::vector<Index> following_;  // by vertex on the ring: the next one along it
     Index left_inside_ = 0;         // vertices without a holder
     std::int64_t touched_ = 0;
+    Links links_;
     // A change in progress: triangles that came, others that changed sides, vertices that lost
     // their holder and whose gates are still to be offered, events to give back at the end, events
     // about to die, gates by time.

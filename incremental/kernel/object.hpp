@@ -5,6 +5,8 @@
 // triangulation in biased randomised order, and the constriction is repaired around all changes
 // since the last query if they are few, or made from scratch if they are many. Both give the same
 // result, so which one is taken is a matter of cost alone, and so is how long points have waited.
+// The same holds for the ring as a sequence (ring.hpp), which is brought up to date when a query
+// needs it, and takes no memory before.
 //
 // Interrupts and ends of memory: settling may stop between two points. Those placed stay placed,
 // the others wait on, the constriction is made from scratch next time; nothing is lost.
@@ -19,6 +21,7 @@
 #include "gamma.hpp"
 #include "points.hpp"
 #include "queries.hpp"
+#include "splices.hpp"
 
 namespace flintknap {
 
@@ -111,6 +114,21 @@ class Object {
         changes_ = 0;
     }
 
+    // The boundary, of what is settled. Whoever asks for the ring reads it here.
+    Index ring_size() const {
+        return triangulation_.is_flat() ? 0 : triangulation_.size() - constriction_.left_inside();
+    }
+    bool on_ring(Index v) const { return constriction_.on_ring(v); }
+    Index following(Index v) const { return constriction_.following(v); }
+    Index smallest() const { return triangulation_.smallest(); }
+    Index slots() const { return triangulation_.slots(); }
+    Point site(Index v) const { return triangulation_.site(v); }
+
+    // The same as a sequence with ranks and boxes, as it was at the last update_ring.
+    const Ring& ring() const { return ring_; }
+    void update_ring() { splices_.update(ring_, *this, constriction_.links()); }
+    bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
+
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>
     void transfer(Archive& archive) {
@@ -123,7 +141,8 @@ class Object {
     }
 
     std::size_t bytes() const {
-        return points_.bytes() + triangulation_.bytes() + constriction_.bytes();
+        return points_.bytes() + triangulation_.bytes() + constriction_.bytes() + ring_.bytes() +
+               splices_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -131,7 +150,9 @@ class Object {
         for (std::string broken : {points_.check(), triangulation_.check()}) {
             if (!broken.empty()) return broken;
         }
-        return triangulation_.is_flat() ? "" : constriction_.check();
+        std::string broken = triangulation_.is_flat() ? "" : constriction_.check();
+        bool has_ring = constriction_.links().none();
+        return broken.empty() && has_ring ? ring_.check(*this) : broken;
     }
 
    private:
@@ -197,6 +218,8 @@ class Object {
     Triangulation triangulation_;
     Points points_;
     Constriction constriction_{triangulation_};
+    Ring ring_;
+    Splices splices_;
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

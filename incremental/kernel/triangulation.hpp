@@ -47,13 +47,6 @@ struct Nobody {
 
 class Triangulation {
    public:
-    // Where a place lies: in the closed triangle of `edge`, or beyond the hull if that is a ghost;
-    // if `on_edge`, on the edge itself; if `on_vertex`, at its origin.
-    struct Location {
-        Index edge;
-        bool on_edge, on_vertex;
-    };
-
     const Mesh& mesh() const { return mesh_; }
     const Sites& sites() const { return sites_; }
     Point site(Index v) const { return sites_[at(v)]; }
@@ -119,19 +112,6 @@ class Triangulation {
 
     // The triangles that the last insert or remove made.
     const std::vector<Index>& created() const { return cavity_; }
-
-    Location locate(Point q, Index start) const {
-        Index h = walk(q, start_edge(q, start));
-        if (mesh_.is_ghost(Mesh::triangle(h))) return {h, false, false};
-        for (int side = 0; side < 3; ++side, h = Mesh::next(h)) {
-            if (site(mesh_.origin(h)) == q) return {h, true, true};
-        }
-        for (int side = 0; side < 3; ++side, h = Mesh::next(h)) {
-            if (orient(site(mesh_.origin(h)), site(mesh_.target(h)), q) == 0)
-                return {h, true, false};
-        }
-        return {h, false, false};
-    }
 
     // The half-edges along the hull, counter-clockwise from the smallest site. O(size).
     std::vector<Index> hull() const {

@@ -178,6 +178,9 @@ class Whole {
         const Points& points = object_->points();
         std::string broken = object_->check();
         if (!broken.empty()) fail(broken);
+        object_->update_ring();
+        broken = object_->ring().check(*object_);
+        if (!broken.empty()) fail(broken);
         if (points.size() != model_.size()) fail("another number of points");
         for (const auto& [p, known] : model_) {
             Index h = points.find(p);
@@ -194,6 +197,7 @@ class Whole {
     const Model& model() const { return model_; }
     const Triangulation& triangulation() const { return object_->triangulation(); }
     const Constriction& constriction() const { return object_->constriction(); }
+    const Ring& ring() const { return object_->ring(); }
 
    private:
     Index handle(std::int64_t id) const {
@@ -269,17 +273,30 @@ class Bare {
         settle();
         std::string broken = t_->check();
         if (broken.empty() && !t_->is_flat()) broken = c_->check();
+        splices_.update(ring_, *this, c_->links());
+        if (broken.empty()) broken = ring_.check(*this);
         if (!broken.empty()) fail(broken);
         if (at(t_->size()) != model_.size()) fail("another number of sites");
     }
 
+    // What Splices asks of a source.
+    Index ring_size() const { return t_->is_flat() ? 0 : t_->size() - c_->left_inside(); }
+    Index slots() const { return t_->slots(); }
+    Index smallest() const { return t_->smallest(); }
+    bool on_ring(Index v) const { return c_->on_ring(v); }
+    Index following(Index v) const { return c_->following(v); }
+    Point site(Index v) const { return t_->site(v); }
+
     const Model& model() const { return model_; }
     const Triangulation& triangulation() const { return *t_; }
     const Constriction& constriction() const { return *c_; }
+    const Ring& ring() const { return ring_; }
 
    private:
     std::unique_ptr<Triangulation> t_ = std::make_unique<Triangulation>();
     std::unique_ptr<Constriction> c_ = std::make_unique<Constriction>(*t_);
+    Ring ring_;
+    Splices splices_;
     bool is_built_ = false;  // and has been told of every change since
     Model model_;            // its ids are slots
 };
@@ -298,7 +315,7 @@ void compare(Subject& subject) {
     if (describe(subject.triangulation(), subject.constriction()) != from_scratch(subject.model()))
         fail("an object made from scratch has other triangles");
     for (const auto& [p, known] : subject.model()) {
-        int where = side(subject.triangulation(), subject.constriction(), p, kNone);
+        int where = side(subject.ring(), p);
         if (subject.triangulation().is_flat() ? where != -1 : where < 0) fail("a point is outside");
     }
 }

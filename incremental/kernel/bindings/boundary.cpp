@@ -8,20 +8,16 @@ namespace {
 // lie on a line.
 auto ring(Kernel& k) {
     auto turn = k.settled();
-    const Triangulation& t = k.object().triangulation();
-    const Constriction& c = k.object().constriction();
+    const Object& object = k.object();
     std::vector<std::int64_t> ids;
     std::vector<double> xy;
-    if (!t.is_flat()) {
-        ids.reserve(at(t.size() - c.left_inside()));
-        xy.reserve(2 * ids.capacity());
-        Index v = t.smallest();
-        do {
-            ids.push_back(k.object().points().id_in_slot(v));
-            xy.push_back(t.site(v).x);
-            xy.push_back(t.site(v).y);
-            v = c.following(v);
-        } while (v != t.smallest());
+    ids.reserve(at(object.ring_size()));
+    xy.reserve(2 * ids.capacity());
+    for (Index v = object.smallest(); ids.size() < at(object.ring_size());) {
+        ids.push_back(object.points().id_in_slot(v));
+        xy.push_back(object.site(v).x);
+        xy.push_back(object.site(v).y);
+        v = object.following(v);
     }
     return nb::make_tuple(to_numpy(std::move(ids)), to_numpy(std::move(xy), 2));
 }
@@ -32,29 +28,26 @@ auto left_inside(Kernel& k) {
     const Triangulation& t = k.object().triangulation();
     std::vector<std::int64_t> ids;
     for (Index v = 0; !t.is_flat() && v < t.slots(); ++v) {
-        if (t.is_site(v) && !k.object().constriction().on_ring(v))
+        if (t.is_site(v) && !k.object().on_ring(v))
             ids.push_back(k.object().points().id_in_slot(v));
     }
     return to_numpy(std::move(ids));
 }
 
-int side_of(const Object& object, double x, double y) {
-    return side(object.triangulation(), object.constriction(), {x, y}, kNone);
-}
-
 int side_one(Kernel& k, double x, double y) {
-    auto turn = k.settled();
-    return side_of(k.object(), x, y);
+    auto turn = k.with_ring();
+    return side(k.object().ring(), {x, y});
 }
 
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {
     std::vector<std::int8_t> answers(x.shape(0));
-    auto turn = k.settled();
+    auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        for (std::size_t i = 0; i < answers.size(); ++i) {
-            answers[i] = static_cast<std::int8_t>(side_of(k.object(), x(i), y(i)));
-        }
+        Sides sides(k.object().ring());
+        sides.ask(
+            answers.size(), [&](std::size_t i) { return Point{x(i), y(i)}; },
+            [&](std::size_t i, int answer) { answers[i] = static_cast<std::int8_t>(answer); });
     }
     return to_numpy(std::move(answers));
 }

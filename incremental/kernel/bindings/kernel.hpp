@@ -47,6 +47,18 @@ class Kernel {
         return turn;
     }
 
+    // The same, the ring as a sequence included.
+    Turn with_ring() {
+        Turn turn = settled();
+        if (object_->is_long_to_update_ring()) {
+            nb::gil_scoped_release others_may_run;
+            object_->update_ring();
+        } else {
+            object_->update_ring();
+        }
+        return turn;
+    }
+
    private:
     struct Interrupted {};
 

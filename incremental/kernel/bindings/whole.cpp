@@ -31,7 +31,7 @@ void restore(Kernel& k, ByteArray bytes) {
 }
 
 std::string check(Kernel& k) {
-    auto turn = k.settled();
+    auto turn = k.with_ring();
     return k.object().check();
 }
 
