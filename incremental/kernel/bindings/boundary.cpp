@@ -34,7 +34,9 @@ auto left_inside(Kernel& k) {
     return to_numpy(std::move(ids));
 }
 
+// 2 if the place is not admissible.
 int side_one(Kernel& k, double x, double y) {
+    if (!is_admissible({x, y})) return 2;
     auto turn = k.with_ring();
     return side(k.object().ring(), {x, y});
 }
