@@ -10,12 +10,14 @@ from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
 from flintknap.boundary import Boundary
 from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
+from flintknap.smooth import BezierCurve
 from flintknap.snapshot import load, save
 from flintknap.window import Window
 
 __all__ = [
     "MAX_MAGNITUDE",
     "MIN_MAGNITUDE",
+    "BezierCurve",
     "Boundary",
     "Engine",
     "InputError",
