@@ -1,4 +1,4 @@
-"""Does a closed curve of Bezier segments cross itself?
+"""Tells whether a closed curve of Bezier segments crosses itself.
 
 Theory of operation. Pairs of arcs are cut in halves until each is decided:
     apart     if their control points are on different sides of a line: of one that is upright or
@@ -137,7 +137,7 @@ def _pass_each_other(a: Arcs, b: Arcs) -> NDArray[np.bool_]:
 def _strip(
     one: Arcs, other: Arcs
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return what the control points of one arc reach across its chord, and where the other's lie."""
+    """Return the strip about an arc along its chord, and where the other arc lies across it."""
     chord = one[:, -1] - one[:, 0]
 
     def across(points: Arcs) -> NDArray[np.float64]:
