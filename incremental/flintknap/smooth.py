@@ -46,8 +46,7 @@ NAMED = 10  # sides that an error names
 MOST = 1 << 31  # points of a flattening
 ROUNDING = 2.0**-47  # of evaluating a segment, a generous bound, in units of the largest coordinate
 SLACK = 1 + 2.0**-40  # of evaluating a bound
-# Gauss and Legendre's nodes and weights on [0, 1], for arc length.
-NODES, SHARES = (np.polynomial.legendre.leggauss(16) + np.array([[1], [0]])) / 2
+NODES = 16  # of Gauss and Legendre's quadrature, for arc length
 LENGTH_ROUNDS = 60
 
 
@@ -279,6 +278,7 @@ def _at(control: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.floa
 
 def _arc_lengths(hodograph: NDArray[np.float64]) -> NDArray[np.float64]:
     """Integrate the length of the derivative, given by its control points (m, degree, 2)."""
-    d = _at(hodograph[:, np.newaxis], NODES)
-    lengths: NDArray[np.float64] = (np.hypot(d[..., 0], d[..., 1]) * SHARES).sum(axis=1)
+    nodes, shares = np.polynomial.legendre.leggauss(NODES)  # on [-1, 1]
+    d = _at(hodograph[:, np.newaxis], (1 + nodes) / 2)
+    lengths: NDArray[np.float64] = (np.hypot(d[..., 0], d[..., 1]) * shares / 2).sum(axis=1)
     return lengths
