@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flintknap import reference
+    from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
-    from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.smooth import BezierCurve
     from flintknap.snapshot import load, save
     from flintknap.window import Window

@@ -10,6 +10,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import ExitStack, contextmanager
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,8 +68,11 @@ def convert(options: argparse.Namespace) -> int:
     """Write the points of a file as a log."""
     counts: Counter[str] = Counter()
 
+    inserts = formats.read(options.source, options.form, name=options.object)
+    first = list(islice(inserts, 1))  # what cannot be read should not begin a log
+
     def counted() -> Iterator[Insert]:
-        for insert in formats.read(options.source, options.form, name=options.object):
+        for insert in chain(first, inserts):
             counts[insert.object] += 1
             yield insert
 

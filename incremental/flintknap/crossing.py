@@ -9,8 +9,9 @@ Theory of operation. Pairs of arcs are cut in halves until each is decided:
               points lead onward in one common direction: then the arcs follow each other.
 Pairs of boxes in a tree over the curve lead to the pairs of segments to begin with.
 
-Says, in double precision, whether two parts of the curve cross, touch, or come so close that
-DEPTH halvings cannot tell. Parts that follow each other round a cusp are not held against it.
+Says, in double precision, whether two parts of the curve cross, touch, or come so close that arcs
+of RESOLUTION, in units of the extent of the curve, are not apart. What happens within such an arc,
+or where one follows another, is not seen: cusps, and loops of that size.
 
 Cost. Expected O(n log n) for n segments of a curve that is not crowded: about 4 us a segment.
 Deepest pairs first, so a crossing ends the search and few pairs are held.
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 
     Arcs = NDArray[np.float64]  # (m, degree + 1, 2)
 
-DEPTH = 44  # halvings after which an arc of a curve is about as long as its coordinates' last bits
-CHUNK = 1 << 16  # pairs looked at together
+RESOLUTION = 2.0**-46  # well above the rounding of control points of arcs, well below what matters
+CHUNK = 1 << 12  # pairs looked at together
 
 
 def crosses(control: Arcs) -> bool:
@@ -38,16 +39,19 @@ def crosses(control: Arcs) -> bool:
     while 0 < len(control) < 3:  # so that two segments share one end at most
         control = np.concatenate(halves(control))
         control = control.reshape(2, -1, *control.shape[1:]).swapaxes(0, 1).reshape(control.shape)
-    following = np.roll(control, -1, axis=0)
-    if _any_meet(*_within(control), are_adjacent=True):
-        return True
-    if _any_meet(control, following, are_adjacent=True):
-        return True
     n = len(control)
+    if n == 0:
+        return False
+    control = control - control[0, 0]
+    finest = RESOLUTION * float(np.abs(control).max())
+    if _any_meet(*_within(control, finest), finest, are_adjacent=True):
+        return True
+    if _any_meet(control, np.roll(control, -1, axis=0), finest, are_adjacent=True):
+        return True
     for i, j in _overlapping(control.min(axis=1), control.max(axis=1)):
         distance = np.abs(i - j)
         apart = (distance > 1) & (distance < n - 1)
-        if _any_meet(control[i[apart]], control[j[apart]], are_adjacent=False):
+        if _any_meet(control[i[apart]], control[j[apart]], finest, are_adjacent=False):
             return True
     return False
 
@@ -62,45 +66,38 @@ def halves(arcs: Arcs) -> tuple[Arcs, Arcs]:
     return np.stack(first, axis=1), np.stack(second[::-1], axis=1)
 
 
-def _any_meet(a: Arcs, b: Arcs, *, are_adjacent: bool) -> bool:
+def _any_meet(a: Arcs, b: Arcs, finest: float, *, are_adjacent: bool) -> bool:
     """Tell whether any arc a meets its arc b, which begins where a ends if they are adjacent."""
-    todo = [(a, b, np.full(len(a), are_adjacent), np.zeros(len(a), np.int64))]
+    todo = [(a, b, np.full(len(a), are_adjacent))]
     while todo:
-        a, b, adjacent, depth = todo.pop()
+        a, b, adjacent = todo.pop()
         if len(a) > CHUNK:
-            todo.append((a[CHUNK:], b[CHUNK:], adjacent[CHUNK:], depth[CHUNK:]))
-            a, b, adjacent, depth = a[:CHUNK], b[:CHUNK], adjacent[:CHUNK], depth[:CHUNK]
-        onward = np.concatenate([np.diff(a, axis=1), np.diff(b, axis=1)], axis=1)
-        open_ = np.where(adjacent, ~_lead_onward(onward, b[:, -1] - a[:, 0]), ~_are_apart(a, b))
-        a, b, adjacent, depth = a[open_], b[open_], adjacent[open_], depth[open_]
+            todo.append((a[CHUNK:], b[CHUNK:], adjacent[CHUNK:]))
+            a, b, adjacent = a[:CHUNK], b[:CHUNK], adjacent[:CHUNK]
+        steps = np.concatenate([np.diff(a, axis=1), np.diff(b, axis=1)], axis=1)
+        decided = np.where(adjacent, _lead_onward(steps, b[:, -1] - a[:, 0]), _are_apart(a, b))
+        a, b, adjacent = a[~decided], b[~decided], adjacent[~decided]
         if _pass_each_other(a[~adjacent], b[~adjacent]).any():
             return True
-        deepest = depth == DEPTH
-        if (deepest & ~adjacent).any():
+        small = _are_small(a, finest) & _are_small(b, finest)
+        if (small & ~adjacent).any():
             return True
-        a, b, adjacent, depth = (v[~deepest] for v in (a, b, adjacent, depth))
+        a, b, adjacent = a[~small], b[~small], adjacent[~small]
         if len(a):
             (a0, a1), (b0, b1) = halves(a), halves(b)
             apart = np.zeros(len(a), bool)
-            todo.append(
-                (
-                    np.concatenate([a0, a0, a1, a1]),
-                    np.concatenate([b0, b1, b1, b0]),
-                    np.concatenate([apart, apart, apart, adjacent]),
-                    np.tile(depth + 1, 4),
-                )
-            )
+            pairs = [(a0, b0, apart), (a0, b1, apart), (a1, b1, apart), (a1, b0, adjacent)]
+            first, second, flags = zip(*pairs, strict=True)
+            todo.append((np.concatenate(first), np.concatenate(second), np.concatenate(flags)))
     return False
 
 
-def _within(arcs: Arcs) -> tuple[Arcs, Arcs]:
+def _within(arcs: Arcs, finest: float) -> tuple[Arcs, Arcs]:
     """Cut arcs until each is simple; return the pairs of halves at the cuts."""
     firsts, seconds = [arcs[:0]], [arcs[:0]]
-    for _ in range(DEPTH):
-        arcs = arcs[~_lead_onward(np.diff(arcs, axis=1), arcs[:, -1] - arcs[:, 0])]
-        if len(arcs) == 0:
-            break
-        first, second = halves(arcs)
+    while len(arcs):
+        is_simple = _lead_onward(np.diff(arcs, axis=1), arcs[:, -1] - arcs[:, 0])
+        first, second = halves(arcs[~is_simple & ~_are_small(arcs, finest)])
         firsts.append(first)
         seconds.append(second)
         arcs = np.concatenate([first, second])
@@ -113,6 +110,11 @@ def _lead_onward(steps: Arcs, direction: NDArray[np.float64]) -> NDArray[np.bool
     stays = (steps == 0).all(axis=2)
     is_simple: NDArray[np.bool_] = ((forward > 0) | stays).all(axis=1) & ~stays.all(axis=1)
     return is_simple
+
+
+def _are_small(arcs: Arcs, finest: float) -> NDArray[np.bool_]:
+    small: NDArray[np.bool_] = (np.ptp(arcs, axis=1) <= finest).all(axis=1)
+    return small
 
 
 def _are_apart(a: Arcs, b: Arcs) -> NDArray[np.bool_]:
