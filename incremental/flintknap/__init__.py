@@ -3,19 +3,27 @@
 After R. C. Veltkamp, 2D Computational Morphology (1993), made incremental: points on the boundary
 of a planar object arrive in no known order; at any moment the engine serves a simple polygon
 through them, exact point-in-object answers and the gamma-graph behind them.
+
+Each name is imported when it is first used: `import flintknap` and `flintknap --help` are quick.
 """
 
-from flintknap import reference
-from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
-from flintknap.boundary import Boundary
-from flintknap.engine import Engine
-from flintknap.errors import InputError, InvariantError, LogError
-from flintknap.snapshot import load, save
-from flintknap.window import Window
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from flintknap import reference
+    from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
+    from flintknap.boundary import Boundary
+    from flintknap.engine import Engine
+    from flintknap.errors import InputError, InvariantError, LogError
+    from flintknap.smooth import BezierCurve
+    from flintknap.snapshot import load, save
+    from flintknap.window import Window
 
 __all__ = [
     "MAX_MAGNITUDE",
     "MIN_MAGNITUDE",
+    "BezierCurve",
     "Boundary",
     "Engine",
     "InputError",
@@ -26,3 +34,28 @@ __all__ = [
     "reference",
     "save",
 ]
+
+_ROOMS = {
+    "boundary": ["Boundary"],
+    "engine": ["Engine"],
+    "errors": ["InputError", "InvariantError", "LogError"],
+    "_kernel": ["MAX_MAGNITUDE", "MIN_MAGNITUDE"],
+    "smooth": ["BezierCurve"],
+    "snapshot": ["load", "save"],
+    "window": ["Window"],
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "reference":
+        return import_module("flintknap.reference")
+    for room, names in _ROOMS.items():
+        if name in names:
+            value = getattr(import_module(f"flintknap.{room}"), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

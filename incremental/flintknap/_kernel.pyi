@@ -24,6 +24,26 @@ class Graph(enum.Enum):
     gabriel = 1
     hull = 2
 
+class Weights(enum.Enum):
+    length = 0
+    uniform = 1
+    inverse = 2
+
+def cubic(
+    xy: NDArray[np.float64],
+    weights: Weights,
+    tangents: NDArray[np.float64],
+    control: NDArray[np.float64],
+    kinds: NDArray[np.uint8],
+) -> None: ...
+def quadratic(
+    xy: NDArray[np.float64],
+    weights: Weights,
+    tangents: NDArray[np.float64],
+    control: NDArray[np.float64],
+    kinds: NDArray[np.uint8],
+) -> NDArray[np.int64]: ...
+
 class Kernel:
     def __init__(self) -> None: ...
     def insert(self, x: float, y: float) -> int: ...

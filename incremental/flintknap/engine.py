@@ -16,11 +16,11 @@ different engines do not wait for each other, and long calls let other threads r
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
-from flintknap import gamma, inputs
+from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
 from flintknap.errors import InputError, InvariantError
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap.boundary import Status
+    from flintknap.smooth import BezierCurve, Weights
 
 _LARGEST_ID = 2**63 - 1
 
@@ -39,6 +40,7 @@ class Engine:
     def __init__(self) -> None:
         self._kernel = Kernel()
         self._boundary: tuple[int, Boundary] | None = None
+        self._smooth: tuple[tuple[int, str, int], BezierCurve] | None = None
 
     # ------------------------------------------------------------------ points
     @overload
@@ -155,6 +157,21 @@ class Engine:
             revision = self.revision
             self._boundary = revision, self._make_boundary()
         return self._boundary[1]
+
+    def smooth(self, *, weights: Weights = "length", degree: Literal[2, 3] = 3) -> BezierCurve:
+        """Return a smooth curve through the vertices of the boundary (section 5.1).
+
+        ``weights`` says how the sides at a vertex add up to its tangent: by "length", the longer
+        counting for more; "uniform"; or by "inverse" length, the closer neighbour counting for
+        more. ``degree`` 3 is G1 at every vertex. Degree 2 is the curve of parabolas that touch the
+        tangents, which hardly any polygon has that is not convex: InputError names the vertices
+        where there is none. O(n) after a change, O(1) if none.
+        """
+        asked = self.revision, weights, degree
+        if self._smooth is None or self._smooth[0] != asked:
+            polygon = self.boundary()
+            self._smooth = asked, smooth.curve(polygon.ids, polygon.xy, weights, degree)
+        return self._smooth[1]
 
     @overload
     def side(self, x: float, y: float) -> int: ...

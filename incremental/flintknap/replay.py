@@ -148,13 +148,14 @@ def replay(
     window: float | None = None,
     answer: Callable[[Answer], Any] = lambda _: None,
     progress: Callable[[int], Any] = lambda _: None,
+    applied: Callable[[Sequence[Event]], Any] = lambda _: None,
 ) -> Replay:
     """Apply a log, given by its path ("-" is standard input), or any events.
 
     ``until`` keeps events with t <= until, ``object`` those of one object; with a ``window`` points
     leave when they are so many seconds old. ``answer`` is called with what each query is answered,
     in order, before later events are applied; ``progress`` now and then with the bytes read so far
-    (of an iterable: the events).
+    (of an iterable: the events); ``applied`` with events after they were applied, block by block.
 
     Raises LogError (of an iterable: InputError with the index in ``row``) for the first event at
     fault, InputError for an ``object`` without events or a bad ``window``, OSError where a file
@@ -200,6 +201,7 @@ def replay(
             absent = (changed, error) if isinstance(error, _AbsentError) else None
             _blame(rows, block, file, absent)
             raise
+        applied(events)
         progress(block.position)
     if object is not None and object not in mentioned:
         names = ", ".join(map(repr, list(mentioned)[:NAMED])) or "none at all"
