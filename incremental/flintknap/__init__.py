@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
     from flintknap.smooth import BezierCurve
-    from flintknap.snapshot import load, save
+    from flintknap.snapshot import load
     from flintknap.window import Window
 
 __all__ = [
@@ -32,7 +32,6 @@ __all__ = [
     "Window",
     "load",
     "reference",
-    "save",
 ]
 
 _ROOMS = {
@@ -41,7 +40,7 @@ _ROOMS = {
     "errors": ["InputError", "InvariantError", "LogError"],
     "_kernel": ["MAX_MAGNITUDE", "MIN_MAGNITUDE"],
     "smooth": ["BezierCurve"],
-    "snapshot": ["load", "save"],
+    "snapshot": ["load"],
     "window": ["Window"],
 }
 

@@ -16,6 +16,7 @@ different engines do not wait for each other, and long calls let other threads r
 from __future__ import annotations
 
 import hashlib
+import os
 from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
@@ -275,8 +276,18 @@ class Engine:
         return h.hexdigest()
 
     def dump(self) -> NDArray[np.uint8]:
-        """Return everything as bytes for restored(); snapshot.save puts them into a file. O(n)."""
+        """Return everything as bytes for restored(); save puts them into a file. O(n)."""
         return self._kernel.dump()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a snapshot, from which ``flintknap.load`` makes this engine again. O(n).
+
+        A file that was there is replaced, once the new one is complete. Raises OSError where that
+        fails.
+        """
+        from flintknap import snapshot  # files are its business, and nothing else here needs it
+
+        snapshot.write(path, self.dump())
 
     @classmethod
     def restored(cls, dumped: NDArray[np.uint8]) -> Engine:
