@@ -150,9 +150,10 @@ class Object {
         for (std::string broken : {points_.check(), triangulation_.check()}) {
             if (!broken.empty()) return broken;
         }
-        std::string broken = triangulation_.is_flat() ? "" : constriction_.check();
-        bool has_ring = constriction_.links().none();
-        return broken.empty() && has_ring ? ring_.check(*this) : broken;
+        if (triangulation_.is_flat()) return {};  // and the ring sequence is not asked
+        std::string broken = constriction_.check();
+        bool is_current = constriction_.links().none();
+        return broken.empty() && is_current ? ring_.check(*this) : broken;
     }
 
    private:
