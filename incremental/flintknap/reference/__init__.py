@@ -13,8 +13,18 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 """
 
 from flintknap.reference.constriction import Constriction, constrict, digest
-from flintknap.reference.gamma import edges, gamma
+from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.triangulation import hull, triangulate
 
-__all__ = ["Constriction", "constrict", "digest", "edges", "gamma", "hull", "side", "triangulate"]
+__all__ = [
+    "GRAPHS",
+    "Constriction",
+    "constrict",
+    "digest",
+    "edges",
+    "gamma",
+    "hull",
+    "side",
+    "triangulate",
+]
