@@ -20,6 +20,7 @@ NAMES = (
     "replay",
     "query",
     "smooth",
+    "gamma",
     "soak",
 )
 

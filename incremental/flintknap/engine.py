@@ -207,41 +207,55 @@ class Engine:
         return side >= 0
 
     # ------------------------------------------------------------------ the gamma-graph
-    def edges(self, graph: gamma.GraphName) -> NDArray[np.int64]:
-        """Return the edges of a graph of the gamma-family (section 2.1).
+    def edges(
+        self,
+        graph: gamma.Graph | None = None,
+        *,
+        gamma0: gamma.Interval | None = None,
+        gamma1: gamma.Interval | None = None,
+    ) -> NDArray[np.int64]:
+        """Return the edges of any graph of the gamma-family (section 2.1).
 
-        "delaunay" is the canonical Delaunay triangulation; of its edges, "gabriel" has those that
-        no point sees under more than a right angle, "hull" those with an empty side. Rows of two
-        ids, the smaller first, sorted: int64 (m, 2). O(n log n).
+        By name: "hull", "gabriel", "delaunay", ("beta_skeleton", beta) for the circle-based one of
+        any beta > 0, "void", "complete". Or by closed intervals (low, high) within [-1, 1], each
+        (-1, 1) if left out: an edge is a pair whose two values, as gamma() returns them, lie in
+        them. Of points on one circle that has none inside, gamma1 >= 0 joins all to all;
+        triangles() has those edges that the triangulation picks. A point between two others
+        separates them in every graph.
+
+        Rows of two ids, the smaller first, sorted: int64 (m, 2). O(n log n + m) if gamma1 >= 0 is
+        asked for. If gamma1 may be d < 0, each point searches what the others do not hide from it:
+        expected O(1) a point for fixed d on uniform points, but ever farther as d -> -1; in the
+        worst case, all pairs are looked at, O(n^2) of them, each for as many triangles as lie
+        between.
+
+        Raises InputError for other names and intervals, for both and for neither.
         """
-        wanted = gamma.graph(graph)
-        if self._kernel.is_flat():
-            return gamma.canonical(gamma.along_line(self.ids(), self.points()))
-        return gamma.canonical(self._kernel.edges(wanted))
+        (low0, high0), (low1, high1) = gamma.intervals(graph, gamma0, gamma1)
+        return self._kernel.edges(low0, high0, low1, high1)
 
     def gamma(
         self, a: ArrayLike, b: ArrayLike
     ) -> tuple[float, float] | tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return (gamma0, gamma1) of edges of the Delaunay triangulation (section 2.1).
+        """Return (gamma0, gamma1) of pairs of points (section 2.1).
 
-        ``a`` and ``b`` are ids or arrays of ids that broadcast. |gamma0| <= |gamma1|, each in
-        [-1, 1]. O(degree of a) a pair.
+        ``a`` and ``b`` are ids or arrays of ids that broadcast; floats for two ids, else float64 of
+        the common shape. |gamma0| <= |gamma1|, each in [-1, 1]; gamma1 >= 0 just for pairs that
+        some disc with no point inside joins, 1 just for empty sides. A pair with a point between
+        has no values: (nan, nan). O(degree of a) for an edge of the triangulation, else O(triangles
+        between a and b).
 
-        Raises KeyError naming an unknown id, InputError naming a pair that is no edge.
+        Raises KeyError naming an unknown id, InputError for a point paired with itself.
         """
         firsts, seconds = np.broadcast_arrays(self._known(a, "a"), self._known(b, "b"))
-        if self._kernel.is_flat():
-            edges = {tuple(e) for e in self.edges("delaunay").tolist()}
-            rows = zip(firsts.ravel().tolist(), seconds.ravel().tolist(), strict=True)
-            ends = [1.0 if (min(i, j), max(i, j)) in edges else np.nan for i, j in rows]
-            values = np.repeat(np.array(ends)[:, np.newaxis], 2, axis=1)
-        else:
-            values = self._kernel.gamma(firsts.ravel(), seconds.ravel())
-        bad = np.isnan(values[:, 0])
-        if bad.any():
-            row = int(np.argmax(bad))
-            pair = int(firsts.ravel()[row]), int(seconds.ravel()[row])
-            raise InputError(f"row {row}: got {pair}, expected a Delaunay edge", row=row)
+        same = (firsts == seconds).ravel()
+        if same.any():
+            row = int(np.argmax(same))
+            twice = int(firsts.ravel()[row])
+            raise InputError(
+                f"row {row}: got {(twice, twice)}, expected two different points", row=row
+            )
+        values = self._kernel.gamma(firsts.ravel(), seconds.ravel())
         if firsts.ndim == 0:
             return float(values[0, 0]), float(values[0, 1])
         return values[:, 0].reshape(firsts.shape), values[:, 1].reshape(firsts.shape)

@@ -147,6 +147,13 @@ class Triangulation {
         return edges;
     }
 
+    // While all sites lie on one line: they, in the order of their coordinates. O(n log n).
+    std::vector<Index> along_line() const {
+        std::vector<Index> line = line_;
+        std::sort(line.begin(), line.end(), [&](Index a, Index b) { return site(a) < site(b); });
+        return line;
+    }
+
     // The half-edge from a to b, or kNone. O(degree of a).
     Index edge_between(Index a, Index b) const {
         if (is_flat()) return kNone;

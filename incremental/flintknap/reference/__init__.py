@@ -13,12 +13,13 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 """
 
 from flintknap.reference.constriction import Constriction, constrict, digest
-from flintknap.reference.gamma import edges, gamma
+from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.smooth import cubic, quadratic
 from flintknap.reference.triangulation import hull, triangulate
 
 __all__ = [
+    "GRAPHS",
     "Constriction",
     "constrict",
     "cubic",

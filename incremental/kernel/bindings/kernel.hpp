@@ -59,6 +59,17 @@ class Kernel {
         return turn;
     }
 
+    // Does work that may take long, in this object's turn: others may run, and signals end it.
+    template <class Work>
+    void at_length(Work work) {
+        try {
+            nb::gil_scoped_release others_may_run;
+            work(poll_signals);
+        } catch (const Interrupted&) {
+            throw nb::python_error();
+        }
+    }
+
    private:
     struct Interrupted {};
 
@@ -71,12 +82,7 @@ class Kernel {
     template <class Work>
     void bring_up(Work work) {
         if (!object_->is_long_to_settle()) return work([] {});
-        try {
-            nb::gil_scoped_release others_may_run;
-            work(poll_signals);
-        } catch (const Interrupted&) {
-            throw nb::python_error();
-        }
+        at_length(work);
     }
 
     std::unique_ptr<Object> object_ = std::make_unique<Object>();
@@ -86,7 +92,7 @@ class Kernel {
 // One a stage, each in a file of its own: adds what Python may ask of it.
 using KernelClass = nb::class_<Kernel>;
 void bind_points(KernelClass& kernel);
-void bind_gamma(KernelClass& kernel, nb::module_& module);
+void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
 void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);

@@ -44,7 +44,7 @@ NB_MODULE(_kernel, m) {
     KernelClass kernel(m, "Kernel");
     kernel.def(nb::init<>());
     bind_points(kernel);
-    bind_gamma(kernel, m);
+    bind_gamma(kernel);
     bind_boundary(kernel);
     bind_smooth(m);
     bind_whole(kernel);
