@@ -21,6 +21,14 @@ from flintknap.smooth import WEIGHTS, curve
 
 SQUARE = np.array([[0, 0], [4, 0], [4, 3], [0, 3]], float)
 SAW = np.array([(i / 2, (i % 2) * 5.0) for i in range(41)] + [(20.0, -1.0), (0.0, -1.0)])
+# A needle whose tangent is a ratio of whole numbers just below 2^53: 2^53 + 1 is not one.
+NEAR_THE_LIMIT = np.array(
+    [
+        [float.fromhex("0x1.6ecf296387a79p-197"), -float.fromhex("0x1.6ecf296387a7ap-197")],
+        [0.0, 0.0],
+        [float.fromhex("0x1.e914372f5f8a1p-199"), -float.fromhex("0x1.e914372f5f8a2p-199")],
+    ]
+)
 weightings = st.sampled_from(sorted(WEIGHTS))
 boundaries = strategies.point_sets().map(lambda xy: boundary(xy).xy).filter(len)
 
@@ -75,6 +83,7 @@ closed_polygons = (boundaries | needles()).filter(lambda xy: len(xy) >= 2)
 @example(np.array([[0.0, 0.0], [1.0, 1.0], [1e-30, 1.1e-30]]), "length")
 @example(np.array([[1.0, 1.0], [0.0, 0.0], [1.0, 1 + 2**-52]]), "uniform")
 @example(np.array([[0.0, 0.0], [1.0, 0.0]]), "inverse")
+@example(NEAR_THE_LIMIT, "length")
 def test_it_is_the_reference_bit_for_bit(xy, weights):
     got = smooth(xy, weights)
     control, tangents = reference.cubic(xy, weights)

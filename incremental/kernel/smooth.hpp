@@ -92,7 +92,8 @@ inline bool accept(const Corner& c, Point direction, Tangent& out) {
 // Their sum lies between them. The one on whose side it is moves by as many of the other as leave
 // it there; the first sum within the wedge is what is looked for.
 inline bool simplest(const Corner& c, Point around, Tangent& out) {
-    constexpr double largest = 1ULL << 53;
+    constexpr double limit =
+        1ULL << 53;  // whole numbers below it are exact, and no others fall below
     if (around.x == 0 || around.y == 0) return false;
     int ex = std::ilogb(around.x), ey = std::ilogb(around.y);
     if (std::fabs(std::scalbn(around.y, -ey)) < std::fabs(std::scalbn(around.x, -ex))) --ey;
@@ -109,7 +110,7 @@ inline bool simplest(const Corner& c, Point around, Tangent& out) {
             if (behind && is_before(w)) return inside;
             return behind == low_is_behind ? low : high;
         };
-        auto fits = [&](Point w) { return w.x <= largest && w.y <= largest; };
+        auto fits = [&](Point w) { return w.x < limit && w.y < limit; };
         for (Point w = ends[low] + ends[high]; fits(w); w = ends[low] + ends[high]) {
             int found = where(w);
             if (found == inside) {

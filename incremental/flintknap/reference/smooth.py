@@ -150,7 +150,7 @@ def _simplest(p: Vector, v: Vector, q: Vector, uniform: Vector) -> Vector | None
             dx, dy = Fraction(tip[0]) - Fraction(tail[0]), Fraction(tip[1]) - Fraction(tail[1])
             ends.append(-(dx * sx) / (dy * sy))
         r = _simplest_between(min(ends), max(ends))
-        if max(r.numerator, r.denominator) <= 2**53:
+        if max(r.numerator, r.denominator) < 2**53:
             tx, ty = float(sx * r.denominator), float(sy * r.numerator)
             most = math.frexp(max(abs(tx), abs(ty)))[1] - 1
             return math.ldexp(tx, -most), math.ldexp(ty, -most)
