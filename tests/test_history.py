@@ -28,7 +28,7 @@ def judge(engine):
     engine.check()
     xy, boundary = engine.points(), engine.boundary()
     triangles = reference.triangulate(xy)
-    expected = reference.constrict(xy, triangles)
+    expected = reference.widen(xy, triangles=triangles)
     assert engine.ids().tolist() == list(range(len(engine))) == list(range(len(xy)))
     assert engine.triangles().tolist() == triangles.tolist()
     assert boundary.status == expected.status
@@ -112,7 +112,7 @@ def test_side_is_that_of_the_reference(xy, rng):
     engine = built(xy[: len(xy) // 2])
     engine.side(0.0, 0.0)
     engine.insert(xy[len(xy) // 2 :])
-    found = reference.constrict(engine.points())
+    found = reference.widen(engine.points())
     queries = places(engine.points(), found.ring, rng)
     expected = [reference.side(engine.points(), found.ring, x, y) for x, y in queries.tolist()]
     assert engine.side(queries).tolist() == expected

@@ -172,7 +172,7 @@ class Machine(RuleBasedStateMachine):
 
     @rule(picks=several)
     def ask_for_sides(self, picks):
-        ring = reference.constrict(self.xy()).ring
+        ring = reference.widen(self.xy()).ring
         for x, y in map(self.somewhere, picks):
             assert self.engine.side(x, y) == reference.side(self.xy(), ring, x, y)
 
@@ -181,7 +181,7 @@ class Machine(RuleBasedStateMachine):
         self.engine.check()
         xy, ids = self.xy(), np.array(sorted(self.place), np.int64)
         triangles = reference.triangulate(xy)
-        expected, boundary = reference.constrict(xy, triangles), self.engine.boundary()
+        expected, boundary = reference.widen(xy, triangles=triangles), self.engine.boundary()
         assert boundary.status == expected.status
         assert boundary.ids.tolist() == ids[expected.ring].tolist()
         assert boundary.inside.tolist() == ids[expected.inside].tolist()

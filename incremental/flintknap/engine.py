@@ -25,6 +25,7 @@ from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
 from flintknap.errors import InputError, InvariantError
+from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -36,12 +37,22 @@ _LARGEST_ID = 2**63 - 1
 
 
 class Engine:
-    """A planar object, known by points on its boundary."""
+    """A planar object, known by points on its boundary.
 
-    def __init__(self) -> None:
-        self._kernel = Kernel()
+    Where constriction of the Delaunay triangulation would leave points inside, wider gamma-graphs
+    are used, as wide as needed, to gamma([-1, 1], [d_min, 1]) at most (section 3.1). -1 sets no
+    bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+    """
+
+    def __init__(self, d_min: float = -1.0) -> None:
+        self._kernel = Kernel(float(d_min), least_cotangent(d_min))
         self._boundary: tuple[int, Boundary] | None = None
         self._smooth: tuple[tuple[int, str, int], BezierCurve] | None = None
+
+    @property
+    def d_min(self) -> float:
+        """How far the gamma-graph may be widened."""
+        return self._kernel.d_min()
 
     # ------------------------------------------------------------------ points
     @overload
@@ -328,7 +339,8 @@ class Engine:
             status = "degenerate"
         elif len(inside):
             status = "locked"
-        return Boundary(ids, xy, status, inside, d=0.0)
+        d = max(gamma_of(self._kernel.widened()), self.d_min)
+        return Boundary(ids, xy, status, inside, d)
 
     def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
         return inputs.identifiers(ids, name, lambda i: self._kernel.multiplicity(i.ravel()) == 0)

@@ -19,6 +19,8 @@ class Kernel {
     // To be held while the object is used.
     using Turn = std::unique_lock<std::mutex>;
 
+    explicit Kernel(Limit limit) : object_(std::make_unique<Object>(limit)) {}
+
     const Object& object() const { return *object_; }
     Object& object() { return *object_; }
     void replace(std::unique_ptr<Object> object) { object_ = std::move(object); }
@@ -85,7 +87,7 @@ class Kernel {
         at_length(work);
     }
 
-    std::unique_ptr<Object> object_ = std::make_unique<Object>();
+    std::unique_ptr<Object> object_;
     std::mutex mutex_;
 };
 
