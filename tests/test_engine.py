@@ -225,7 +225,7 @@ def test_points_on_a_line_have_no_boundary(count: int, together: bool) -> None:
 
 def test_a_locked_constriction_is_reported() -> None:
     rng = np.random.default_rng(8)
-    engine = fk.Engine()
+    engine = fk.Engine(d_min=0.0)
     engine.insert(rng.random((400, 2)))
     boundary = engine.boundary()
     assert boundary.status == "locked"
