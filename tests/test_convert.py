@@ -411,8 +411,8 @@ def test_check(tmp_path):
     code, out, err = run("check", LOGS / "burst.jsonl.gz")
     assert (code, err) == (0, "")
     assert out.splitlines() == [
-        "drop: 1,078 points, locked, ok",
-        "amoeba: 1,276 points, locked, ok",
+        "drop: 1,078 points, closed, ok",
+        "amoeba: 1,276 points, closed, ok",
     ]
     (tmp_path / "it").write_text("oops")
     code, out, err = run("check", tmp_path / "it")
