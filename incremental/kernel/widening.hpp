@@ -339,7 +339,15 @@ class Widening {
     void explore(Cluster& c, const Sight::Window& w) {
         if (is_captured(w.k)) return;
         if (w.edge == kNone) {
-            consider(candidate({w.right, w.left, w.k}));
+            // What comes after the best there is need not be known exactly yet.
+            double floor = later_.empty() ? limit_.cotangent : later_.top().need;
+            floor = std::min(floor, w.bound);
+            Candidate made = candidate({w.right, w.left, w.k}, floor);
+            if (made.need < floor) {
+                frontier_.push({made.need, w.k, kNone, w.right, w.left, false});
+            } else {
+                consider(made);
+            }
         } else {
             sight_.look_through(
                 w, [&](Index x) { c.triangles.push_back(x); }, [&](Index v) { notice(c, v, w.k); },
@@ -358,7 +366,8 @@ class Widening {
         if (!is_captured(v)) return;
         for (const Capture& taken : c.captures) {
             for (auto [i, j] : {std::pair{taken.i, taken.k}, std::pair{taken.k, taken.j}}) {
-                if ((i == v || j == v) && next_to(i) == j) consider(candidate_if_empty({i, j, k}));
+                if ((i == v || j == v) && next_to(i) == j)
+                    consider(candidate_if_empty({i, j, k}, limit_.cotangent));
             }
         }
     }
@@ -369,22 +378,28 @@ class Widening {
         ring_.put(g.k, g.j);
         for (Sighting each : c.sightings) {
             if (each.of != g.k || is_captured(each.from)) continue;
-            consider(candidate_if_empty({g.i, g.k, each.from}));
-            consider(candidate_if_empty({g.k, g.j, each.from}));
+            consider(candidate_if_empty({g.i, g.k, each.from}, limit_.cotangent));
+            consider(candidate_if_empty({g.k, g.j, each.from}, limit_.cotangent));
         }
     }
 
-    // With what it needs, which is no number if it is none.
-    Candidate candidate(Capture g) const {
-        double one = sight_.need(g.k, g.i), other = sight_.need(g.k, g.j);
-        if (std::isnan(one) || std::isnan(other)) return {Sight::kNever, 0, g};
-        double key = cotangent(t_.site(g.i), t_.site(g.j), t_.site(g.k));
-        return {std::min(one, other), key, g};
+    // With what it needs, which is no number if it is none; if that is below `floor`, no more than
+    // a bound that is, too.
+    Candidate candidate(Capture g, double floor) const {
+        double need = sight_.need(g.k, g.i, floor);
+        if (need >= floor) {
+            double other = sight_.need(g.k, g.j, floor);
+            need = std::isnan(other) ? other : std::min(need, other);
+        }
+        bool is_one = need >= floor;
+        double key = is_one ? cotangent(t_.site(g.i), t_.site(g.j), t_.site(g.k)) : 0;
+        return {need, key, g};
     }
 
     // The same over an edge that is none of the constriction's.
-    Candidate candidate_if_empty(Capture g) const {
-        return sight_.is_empty(g.i, g.j, g.k) ? candidate(g) : Candidate{Sight::kNever, 0, g};
+    Candidate candidate_if_empty(Capture g, double floor) const {
+        bool is_one = sight_.is_empty(g.i, g.j, g.k);
+        return is_one ? candidate(g, floor) : Candidate{Sight::kNever, 0, g};
     }
 
     // Whether a candidate is one still: its triangle lies in what is left of the object. Once it
@@ -443,7 +458,8 @@ class Widening {
             for (const Capture& g : o.captures) {
                 for (auto [i, j] : {std::pair{g.i, g.k}, std::pair{g.k, g.j}}) {
                     if (i != each.of && j != each.of) continue;
-                    if (candidate_if_empty({i, j, each.from}).need >= c.reached) return true;
+                    if (candidate_if_empty({i, j, each.from}, c.reached).need >= c.reached)
+                        return true;
                 }
             }
         }
