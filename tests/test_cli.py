@@ -83,7 +83,7 @@ def test_summary_for_people(run):
         assert row.startswith(f"{name} ")
         assert f" {facts['events']:,} " in row
         assert f" {facts['points']:,} " in row
-        assert f" locked, {facts['inside']} inside " in row
+        assert f" {facts['status']} " in row
         assert f" {facts['vertices']:,} " in row
         assert row.endswith(f" {facts['digest']}")
     assert speed.startswith("3,000 events in ")

@@ -20,8 +20,8 @@ LOCKED = [(0, 0), (1, 1), (2, 1), (2, 5), (3, 0), (3, 2), (5, 0)]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def engine(points):
-    made = fk.Engine()
+def engine(points, d_min=-1.0):
+    made = fk.Engine(d_min)
     made.insert(np.array(points, np.float64).reshape(-1, 2))
     return made
 
@@ -98,7 +98,7 @@ def test_svg_of_a_square():
 
 
 def test_svg_marks_what_is_left_inside():
-    it = engine(LOCKED)
+    it = engine(LOCKED, d_min=0.0)
     assert it.boundary().status == "locked"
     _, _, paths = picture(it=it)
     (marks,) = paths["inside"]

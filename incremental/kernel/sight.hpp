@@ -1,7 +1,7 @@
 // What a vertex inside the object sees: which edges of the ring, and how wide a gamma-graph must be
 // to join it to their ends.
 //
-// Theory (section 3.3). *Windows* spread from k through the triangles of the object. A window is a
+// Theory (section 3.4). *Windows* spread from k through the triangles of the object. A window is a
 // cone of directions between two vertices, right and left, that leaves the triangle it has come to
 // through one edge; a vertex beyond the edge that lies in the cone parts it in two. So an edge of
 // the ring that is reached with its own ends as bounds is seen whole, and the triangle over it
@@ -17,7 +17,7 @@
 // gamma([-1, 1], [d, 1]), d < 0, iff it is Delaunay (or crosses none but cocircular sites) or
 // sin phi - 1 >= d. Needs are given as cotangents: 0 for the former, else cot phi < 0, which is
 // correctly rounded. The site with the largest angle on either side of kp is an end of a Delaunay
-// edge that crosses kp, so a walk along kp finds it (section 3.3).
+// edge that crosses kp, so a walk along kp finds it (section 3.4).
 //
 // *Bound.* Seen from k, whatever lies beyond a segment qr between the sides of a window is seen,
 // with k, from q under a wider angle than r is, and from r under a wider one than q. So the

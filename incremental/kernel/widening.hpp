@@ -1,6 +1,6 @@
 // No vertex left inside: where the constriction locks, wider gamma-graphs go on.
 //
-// Theory (section 3.3). A *candidate* is an edge ij of the ring and a vertex k inside such that the
+// Theory (section 3.4). A *candidate* is an edge ij of the ring and a vertex k inside such that the
 // triangle ijk lies in the object and holds no other site. Its need (sight.hpp) tells how wide a
 // graph must be to have ik and jk. The graph is widened only if no candidate needs it no wider, as
 // far as one candidate needs it; of the candidates that may then be taken, that with the smallest
