@@ -45,7 +45,8 @@ class Engine:
     """
 
     def __init__(self, d_min: float = -1.0) -> None:
-        self._kernel = Kernel(float(d_min), least_cotangent(d_min))
+        least = least_cotangent(d_min)
+        self._kernel = Kernel(float(d_min), least)
         self._boundary: tuple[int, Boundary] | None = None
         self._smooth: tuple[tuple[int, str, int], BezierCurve] | None = None
 
