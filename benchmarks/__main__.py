@@ -14,6 +14,7 @@ NAMES = (
     "triangulate",
     "stream",
     "boundary",
+    "widening",
     "live",
     "removal",
     "memory",

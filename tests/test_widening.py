@@ -101,7 +101,7 @@ def test_captures_meet_the_definition(xy, d_min):
 
 @pytest.mark.parametrize("d_min", [-1.5, 0.1, math.nan, math.inf, "deep", None])
 def test_a_limit_that_is_none(d_min):
-    with pytest.raises(fk.InputError, match="d_min: got .*, expected a number from -1 to 0"):
+    with pytest.raises(fk.InputError, match=r"d_min: got .*, expected a number from -1 to 0"):
         fk.Engine(d_min=d_min)
 
 
@@ -142,7 +142,7 @@ def test_a_limit_on_the_way_leaves_the_point_inside():
 def test_snapshots_keep_the_limit_and_go_on(tmp_path):
     rng = np.random.default_rng(4)
     engine = built(rng.random((2000, 2)), -0.15)
-    fk.save(engine, tmp_path / "it")
+    engine.save(tmp_path / "it")
     again = fk.load(tmp_path / "it")
     assert again.d_min == -0.15
     for it in (engine, again):
