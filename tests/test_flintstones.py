@@ -7,6 +7,7 @@ reference makes of the ring from scratch. The containment of every vertex is jud
 from __future__ import annotations
 
 import math
+import signal
 from fractions import Fraction
 
 import numpy as np
@@ -25,8 +26,8 @@ levels = st.integers(0, 6) | st.just(10**9)
 tolerances = st.sampled_from([0.0, 1e-70, 1e-3, 0.1, 0.5, 1.0, 2.0, math.inf]) | st.floats(0, 3)
 
 
-def built(xy):
-    engine = fk.Engine()
+def built(xy, d_min=-1.0):
+    engine = fk.Engine(d_min)
     engine.insert(xy)
     return engine
 
@@ -84,9 +85,9 @@ def judge_everywhere(engine):
 
 # ---------------------------------------------------------------------------- equality
 @relentless
-@given(strategies.point_sets(60), levels, tolerances)
-def test_cuts_are_those_of_the_reference(xy, level, tolerance):
-    engine = built(xy)
+@given(strategies.point_sets(60), levels, tolerances, st.sampled_from([-1.0, 0.0]))
+def test_cuts_are_those_of_the_reference(xy, level, tolerance, d_min):
+    engine = built(xy, d_min)
     judge(engine, level=level)
     judge(engine, tolerance=tolerance)
     engine.check()
@@ -103,10 +104,10 @@ def changes(draw, size):
 
 
 @relentless
-@given(changes(50))
-def test_the_tree_is_that_of_the_set_after_any_changes(history):
+@given(changes(50), st.sampled_from([-1.0, 0.0]))
+def test_the_tree_is_that_of_the_set_after_any_changes(history, d_min):
     xy, start, steps, rng = history
-    engine = built(xy[:start])
+    engine = built(xy[:start], d_min)
     waiting = list(xy[start:])
     engine.approximate(level=10**9)
     for coming, leaving, questions in steps:
@@ -488,6 +489,43 @@ def test_a_deep_tree_needs_no_deep_stack():
     engine.check()
     engine.insert(1.0, -5.0)
     engine.check()
+
+
+def test_a_long_refinement_can_be_interrupted():
+    engine = built(wavy(60_000))
+    engine.side(0.0, 0.0)
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.03)
+        with pytest.raises(KeyboardInterrupt):
+            engine.approximate(level=10**9)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert 1 < engine.refined < len(engine) - 1
+    fresh = built(wavy(60_000))
+    assert engine.approximate(level=9).ids.tolist() == fresh.approximate(level=9).ids.tolist()
+    assert engine.localize(level=9).offset.tolist() == fresh.localize(level=9).offset.tolist()
+
+
+def test_snapshots_leave_the_tree_behind(tmp_path):
+    engine = built(coast(300))
+    found = engine.approximate(level=5)
+    engine.save(tmp_path / "it")
+    loaded = fk.load(tmp_path / "it")
+    assert loaded.refined == 0
+    assert loaded.approximate(level=5).ids.tolist() == found.ids.tolist()
+    loaded.clear()
+    assert (len(loaded.approximate(level=5)), loaded.refined) == (0, 0)
+
+
+def test_approximations_are_smoothed():
+    engine = built(wavy(300))
+    curve, cut = engine.smooth(level=4), engine.approximate(level=4)
+    assert curve.control[:, 0].tolist() == cut.xy.tolist()
+    assert len(engine.smooth(tolerance=0.05).control) == len(engine.approximate(tolerance=0.05))
+    with pytest.raises(fk.InputError, match="either level or tolerance"):
+        engine.smooth(level=4, tolerance=0.05)
 
 
 def test_an_adaptive_approximation_keeps_about_what_douglas_and_peucker_do():

@@ -171,8 +171,17 @@ class Engine:
             self._boundary = revision, self._make_boundary()
         return self._boundary[1]
 
-    def smooth(self, *, weights: Weights = "length", degree: Literal[2, 3] = 3) -> BezierCurve:
+    def smooth(
+        self,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+        weights: Weights = "length",
+        degree: Literal[2, 3] = 3,
+    ) -> BezierCurve:
         """Return a smooth curve through the vertices of the boundary (section 5.1).
+
+        With a ``level`` or a ``tolerance``: through those of that approximation.
 
         ``weights`` says how the sides at a vertex add up to its tangent: by "length", the longer
         counting for more; "uniform"; or by "inverse" length, the closer neighbour counting for
@@ -180,6 +189,9 @@ class Engine:
         tangents, which hardly any polygon has that is not convex: InputError names the vertices
         where there is none. O(n) after a change, O(1) if none.
         """
+        if level is not None or tolerance is not None:
+            cut = self.approximate(level=level, tolerance=tolerance)
+            return smooth.curve(cut.ids, cut.xy, weights, degree, None)
         asked = self.revision, weights, degree
         if self._smooth is None or self._smooth[0] != asked:
             polygon = self.boundary()
