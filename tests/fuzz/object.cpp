@@ -166,7 +166,7 @@ class Whole {
 
     void clear() {
         const Points& points = object_->points();
-        object_ = std::make_unique<Object>(points.next_id(), points.revision() + 1);
+        object_ = std::make_unique<Object>(Limit{}, points.next_id(), points.revision() + 1);
         model_.clear();
     }
 
