@@ -6,16 +6,17 @@
 // the second and the third (Welzl 1991).
 //
 // Invariants: the disc is a function of the set; which points hold it up is not.
-// Cost: O(n) expected.
+// Cost: O(n) expected, and O(m^2) for m vertices on the rim.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <random>
 #include <utility>
 #include <vector>
 
-#include "mesh.hpp"
 #include "predicates.hpp"
+#include "triangulation.hpp"
 
 namespace flintknap {
 
@@ -61,6 +62,43 @@ inline Disc smallest_disc(std::vector<Vertex>& of) {
         }
     }
     return disc;
+}
+
+// Sign of |ab| - |cd|.
+inline int compare_lengths(Point a, Point b, Point c, Point d) {
+    double abx = a.x - b.x, aby = a.y - b.y, cdx = c.x - d.x, cdy = c.y - d.y;
+    double ab = abx * abx + aby * aby, cd = cdx * cdx + cdy * cdy;
+    if (std::fabs(ab - cd) > 8 * kUlp * (ab + cd)) return ab > cd ? 1 : -1;
+    return (exact_dot(a, a, b) - exact_dot(c, c, d)).sign();
+}
+
+// The smallest disc that holds all sites. Those of the hull suffice.
+inline Disc find_disc(const Triangulation& t) {
+    std::vector<Vertex> hull;
+    for (Index h : t.hull()) {
+        Index v = t.mesh().origin(h);
+        hull.push_back({v, t.site(v)});
+    }
+    return smallest_disc(hull);
+}
+
+// The two vertices on the rim that are farthest apart, ties by coordinates; the smaller first.
+inline std::array<Vertex, 2> find_base(const Triangulation& t, const Disc& disc) {
+    std::vector<Vertex> rim;
+    for (Index h : t.hull()) {
+        Index v = t.mesh().origin(h);
+        if (disc.side(t.site(v)) == 0) rim.push_back({v, t.site(v)});
+    }
+    std::sort(rim.begin(), rim.end(), [](const Vertex& a, const Vertex& b) { return a.at < b.at; });
+    std::array<Vertex, 2> best{rim[0], rim[1]};
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+        for (std::size_t j = i + 1; j < rim.size(); ++j) {
+            if (compare_lengths(rim[i].at, rim[j].at, best[0].at, best[1].at) > 0) {
+                best = {rim[i], rim[j]};
+            }
+        }
+    }
+    return best;
 }
 
 }  // namespace flintknap

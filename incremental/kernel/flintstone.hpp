@@ -56,14 +56,6 @@ struct Flintstone {
 };
 
 // ------------------------------------------------------------------ exact comparisons
-// Sign of |ab| - |cd|.
-inline int compare_lengths(Point a, Point b, Point c, Point d) {
-    double abx = a.x - b.x, aby = a.y - b.y, cdx = c.x - d.x, cdy = c.y - d.y;
-    double ab = abx * abx + aby * aby, cd = cdx * cdx + cdy * cdy;
-    if (std::fabs(ab - cd) > 8 * kUlp * (ab + cd)) return ab > cd ? 1 : -1;
-    return (exact_dot(a, a, b) - exact_dot(c, c, d)).sign();
-}
-
 // Sign of the difference of the cotangents of the angles under which q, left of the chord, and r,
 // right of it, see the chord.
 inline int compare_cotangents(Point p, Point s, Point q, Point r) {

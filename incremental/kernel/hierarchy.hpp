@@ -41,6 +41,7 @@
 #include "enclosing.hpp"
 #include "flintstone.hpp"
 #include "links.hpp"
+#include "ring_search.hpp"
 #include "triangulation.hpp"
 
 namespace flintknap {
@@ -191,7 +192,7 @@ class Hierarchy {
             return other.check();
         }
         if (refined_ == 0) return nodes_.empty() ? "" : "nodes without a base";
-        std::array<Vertex, 2> base = find_base(find_disc());
+        std::array<Vertex, 2> base = find_base(t_, find_disc(t_));
         for (int n : {0, 1}) {
             if (is_base_known_ && base[at(n)].index != base_[at(n)].index) {
                 return "the base is not that of the smallest disc";
@@ -219,7 +220,6 @@ class Hierarchy {
 
    private:
     static constexpr Index kEdge = -2;     // in place of a node: a single edge of the ring
-    static constexpr Index kSeeded = 64;   // vertices from which on a few are looked at beforehand
     static constexpr Index kOften = 4096;  // searches from one poll to the next
 
     struct alignas(64) Node {
@@ -246,35 +246,6 @@ class Hierarchy {
     };
 
     // ------------------------------------------------------------------ the base
-    Disc find_disc() const {
-        std::vector<Vertex> hull;
-        for (Index h : t_.hull()) {
-            Index v = t_.mesh().origin(h);
-            hull.push_back({v, t_.site(v)});
-        }
-        return smallest_disc(hull);
-    }
-
-    // The two vertices on the rim that are farthest apart, ties by coordinates; the smaller first.
-    std::array<Vertex, 2> find_base(const Disc& disc) const {
-        std::vector<Vertex> rim;
-        for (Index h : t_.hull()) {
-            Index v = t_.mesh().origin(h);
-            if (disc.side(t_.site(v)) == 0) rim.push_back({v, t_.site(v)});
-        }
-        std::sort(rim.begin(), rim.end(),
-                  [](const Vertex& a, const Vertex& b) { return a.at < b.at; });
-        std::array<Vertex, 2> best{rim[0], rim[1]};
-        for (std::size_t i = 0; i < rim.size(); ++i) {
-            for (std::size_t j = i + 1; j < rim.size(); ++j) {
-                if (compare_lengths(rim[i].at, rim[j].at, best[0].at, best[1].at) > 0) {
-                    best = {rim[i], rim[j]};
-                }
-            }
-        }
-        return best;
-    }
-
     // Goes through what was heard. If memory ends, the tree is lost.
     void follow() {
         if (heard_.empty()) return;
@@ -312,8 +283,8 @@ class Hierarchy {
     void begin() {
         follow();
         if (!is_base_known_) {
-            Disc disc = find_disc();
-            std::array<Vertex, 2> base = find_base(disc);
+            Disc disc = find_disc(t_);
+            std::array<Vertex, 2> base = find_base(t_, disc);
             bool same = refined_ > 0;
             for (std::size_t n : {0, 1}) {
                 same = same && base[n].index == base_[n].index && base[n].at == base_[n].at;
@@ -436,62 +407,10 @@ class Hierarchy {
     void know(const Frame& f, Poll& poll) {
         if (nodes_[at(f.node)].found.is_known()) return;
         if (++searches_ % kOften == 0) poll();
-        Flintstone found = search(f.p, f.s, nodes_[at(f.node)].found);
+        Flintstone found = search_.search(f.p, f.s, nodes_[at(f.node)].found);
         Vertex before = nodes_[at(f.node)].found.split_vertex(), now = found.split_vertex();
         if (before.index != now.index || !(before.at == now.at)) drop_children(f.node, f.level);
         nodes_[at(f.node)].found = found;
-    }
-
-    // Looks beforehand at a few vertices, so that boxes can soon be ruled out.
-    Flintstone search(Index p, Index s, const Flintstone& before) {
-        Index from = r_.rank(p), count = r_.rank(s) - from;
-        if (count < 0) count += r_.size();
-        search_.begin(t_.site(p), t_.site(s));
-        if (count > kSeeded) {
-            for (Index seed : {before.left, before.right, before.farthest}) {
-                if (seed == kNone || !r_.holds(seed)) continue;
-                Index place = r_.rank(seed) - from;
-                if (place < 0) place += r_.size();
-                if (place > 0 && place < count) search_.see({seed, t_.site(seed)});
-            }
-            Index part = count / 8;  // on smooth curves the extremes are mostly near the ends
-            for (Index step : {1, 16, part, 2 * part, 3 * part, 4 * part, 5 * part, 6 * part,
-                               7 * part, count - 16, count - 1}) {
-                Index v = r_.vertex((from + step) % r_.size());
-                search_.see({v, t_.site(v)});
-            }
-        }
-        see_range(from + 1, count - 1);
-        return search_.result();
-    }
-
-    void see_range(Index rank, Index count) {
-        if (count <= 0) return;
-        r_.visit_range(rank % r_.size(), count,
-                       [&](Index n, Index begin, Index end) { see_run(n, begin, end); });
-    }
-
-    void see_run(Index n, Index begin, Index end) {
-        std::array<Index, Ring::kDeepest> todo;
-        std::size_t left = 0;
-        while (true) {
-            const Ring::Node& node = r_.node(n);
-            if (end - begin < 4 || !search_.covers(node.box)) {
-                if (!r_.is_leaf(n)) {
-                    todo[left++] = node.right;
-                    n = node.left;
-                    begin = 0;
-                    end = r_.node(n).count;
-                    continue;
-                }
-                const Ring::Leaf& l = r_.leaf(n);
-                search_.see(l.x + begin, l.y + begin, l.vertex + begin, end - begin);
-            }
-            if (left == 0) return;
-            n = todo[--left];
-            begin = 0;
-            end = r_.node(n).count;
-        }
     }
 
     // ------------------------------------------------------------------ changes
@@ -565,7 +484,7 @@ class Hierarchy {
         search_.resume(p, s, before);
         Index seen = kNone;  // the place of the last touched vertex
         for (auto next = first; next != places_.end() && next->place < c.to; ++next) {
-            if (seen != kNone) see_range(start_ + seen + 1, next->place - seen - 1);
+            if (seen != kNone) search_.see_range(start_ + seen + 1, next->place - seen - 1);
             seen = next->place;
             if (seen > c.from) search_.see({next->vertex, t_.site(next->vertex)});
         }
@@ -617,7 +536,7 @@ class Hierarchy {
     std::int64_t searches_ = 0;
     std::vector<Index> heard_;  // vertices touched since the tree followed
     // Work in progress.
-    Search search_;
+    RingSearch search_{t_, r_};
     std::vector<Frame> stack_;
     std::vector<Place> places_;  // touched vertices, in order
     std::vector<Change> changes_;
