@@ -20,6 +20,7 @@ NAMES = (
     "memory",
     "replay",
     "query",
+    "flintstone",
     "smooth",
     "gamma",
     "soak",

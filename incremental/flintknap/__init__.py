@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from flintknap.boundary import Boundary
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
+    from flintknap.flintstones import Approximation, Flintstones
     from flintknap.smooth import BezierCurve
     from flintknap.snapshot import load
     from flintknap.window import Window
@@ -23,9 +24,11 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_MAGNITUDE",
     "MIN_MAGNITUDE",
+    "Approximation",
     "BezierCurve",
     "Boundary",
     "Engine",
+    "Flintstones",
     "InputError",
     "InvariantError",
     "LogError",
@@ -38,6 +41,7 @@ _ROOMS = {
     "boundary": ["Boundary"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],
+    "flintstones": ["Approximation", "Flintstones"],
     "_kernel": ["MAX_MAGNITUDE", "MIN_MAGNITUDE"],
     "smooth": ["BezierCurve"],
     "snapshot": ["load"],

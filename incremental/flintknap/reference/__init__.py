@@ -2,7 +2,8 @@
 
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
-to be read in this order: exact, triangulation, constriction, widening, queries, gamma, smooth.
+to be read in this order: exact, triangulation, constriction, widening, queries, gamma, smooth,
+flintstone.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -13,6 +14,7 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 """
 
 from flintknap.reference.constriction import Constriction, constrict
+from flintknap.reference.flintstone import Edge, approximate, base, in_flintstone, side_at_level
 from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.smooth import cubic, quadratic
@@ -22,15 +24,20 @@ from flintknap.reference.widening import Widening, digest, widen
 __all__ = [
     "GRAPHS",
     "Constriction",
+    "Edge",
     "Widening",
+    "approximate",
+    "base",
     "constrict",
     "cubic",
     "digest",
     "edges",
     "gamma",
     "hull",
+    "in_flintstone",
     "quadratic",
     "side",
+    "side_at_level",
     "triangulate",
     "widen",
 ]

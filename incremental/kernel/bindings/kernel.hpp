@@ -96,6 +96,7 @@ using KernelClass = nb::class_<Kernel>;
 void bind_points(KernelClass& kernel);
 void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
+void bind_flintstone(KernelClass& kernel);
 void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);
 

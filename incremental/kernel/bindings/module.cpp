@@ -49,6 +49,7 @@ NB_MODULE(_kernel, m) {
     bind_points(kernel);
     bind_gamma(kernel);
     bind_boundary(kernel);
+    bind_flintstone(kernel);
     bind_smooth(m);
     bind_whole(kernel);
 }
