@@ -8,6 +8,7 @@ through them, exact point-in-object answers and the gamma-graph behind them.
 from flintknap import reference
 from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
 from flintknap.boundary import Boundary
+from flintknap.collision import Crossings, Hit, Nearest
 from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
 from flintknap.snapshot import load, save
@@ -17,10 +18,13 @@ __all__ = [
     "MAX_MAGNITUDE",
     "MIN_MAGNITUDE",
     "Boundary",
+    "Crossings",
     "Engine",
+    "Hit",
     "InputError",
     "InvariantError",
     "LogError",
+    "Nearest",
     "Window",
     "load",
     "reference",

@@ -2,7 +2,7 @@
 
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
-to be read in this order: exact, triangulation, constriction, queries, gamma.
+to be read in this order: exact, triangulation, constriction, queries, collision, gamma.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -12,9 +12,20 @@ Invariants
 Refuses nothing and checks nothing: rows are finite, distinct and within the range of the engine.
 """
 
+from flintknap.reference import collision
 from flintknap.reference.constriction import Constriction, constrict, digest
 from flintknap.reference.gamma import edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.triangulation import hull, triangulate
 
-__all__ = ["Constriction", "constrict", "digest", "edges", "gamma", "hull", "side", "triangulate"]
+__all__ = [
+    "Constriction",
+    "collision",
+    "constrict",
+    "digest",
+    "edges",
+    "gamma",
+    "hull",
+    "side",
+    "triangulate",
+]

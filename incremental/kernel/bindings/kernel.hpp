@@ -88,6 +88,7 @@ using KernelClass = nb::class_<Kernel>;
 void bind_points(KernelClass& kernel);
 void bind_gamma(KernelClass& kernel, nb::module_& module);
 void bind_boundary(KernelClass& kernel);
+void bind_collision(KernelClass& kernel, nb::module_& module);
 void bind_whole(KernelClass& kernel);
 
 }  // namespace flintknap

@@ -46,5 +46,6 @@ NB_MODULE(_kernel, m) {
     bind_points(kernel);
     bind_gamma(kernel, m);
     bind_boundary(kernel);
+    bind_collision(kernel, m);
     bind_whole(kernel);
 }
