@@ -11,6 +11,7 @@ from flintknap.boundary import Boundary
 from flintknap.collision import Crossings, Hit, Nearest
 from flintknap.engine import Engine
 from flintknap.errors import InputError, InvariantError, LogError
+from flintknap.scene import Scene
 from flintknap.snapshot import load, save
 from flintknap.window import Window
 
@@ -25,6 +26,7 @@ __all__ = [
     "InvariantError",
     "LogError",
     "Nearest",
+    "Scene",
     "Window",
     "load",
     "reference",

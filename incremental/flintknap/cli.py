@@ -1,7 +1,8 @@
 """The `flintknap` command: thin verbs over the library.
 
 `flintknap replay LOG` applies an event log. Data go to standard output: an answer to each query as
-a line of JSON, in order, each as soon as it is known; with --json the summary, on the last line.
+a line of JSON, in order, each as soon as it is known, and with --collisions contacts of objects
+among them; with --json the summary, on the last line.
 Messages, the summary for people and the progress bar (on a terminal only) go to standard error.
 
 Exit codes: 0; 1 for bad input and for files that cannot be read or written; 2 for bad usage; 130
@@ -32,7 +33,7 @@ from flintknap.replay import replay
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from flintknap.events import Answer
+    from flintknap.events import Answer, Contact
     from flintknap.replay import Replay
 
 INTERRUPTED = 128 + 2  # as a shell reports death by SIGINT
@@ -76,6 +77,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     verb.add_argument("--svg", metavar="FILE", type=Path, help="draw the boundaries")
     verb.add_argument("--geojson", metavar="FILE", type=Path, help="write the boundaries")
+    verb.add_argument(
+        "--collisions", action="store_true", help="report contacts of objects as they begin and end"
+    )
     verb.add_argument("--json", action="store_true", help="summary as JSON on standard output")
     return parser
 
@@ -117,7 +121,8 @@ def _replay(options: argparse.Namespace) -> None:
                 until=options.until,
                 object=options.object,
                 window=options.window,
-                answer=_print_answer,
+                answer=_print_event,
+                contact=_print_event if options.collisions else None,
                 progress=lambda position: bar.update(position - bar.n),
             )
             for engine in done.engines.values():
@@ -132,12 +137,12 @@ def _replay(options: argparse.Namespace) -> None:
             print(_table(summary), file=sys.stderr)
 
 
-def _print_answer(answer: Answer) -> None:
+def _print_event(event: Answer | Contact) -> None:
     with tqdm.external_write_mode():
-        _print(answer)
+        _print(event)
 
 
-def _print(value: Answer | dict[str, Any]) -> None:
+def _print(value: Answer | Contact | dict[str, Any]) -> None:
     """Print a line of JSON, in UTF-8 whatever the locale, and at once: somebody may wait for it."""
     sys.stdout.buffer.write(msgspec.json.encode(value) + b"\n")
     sys.stdout.buffer.flush()

@@ -175,29 +175,31 @@ auto box(Kernel& k) {
 // Objects in rows, and what revision each had when last looked at.
 class Roster {
    public:
-    void add(Kernel& kernel) { rows_.push_back({&kernel, -1}); }
-    // The last row takes its place.
-    void remove(std::size_t row) {
-        rows_[row] = rows_.back();
-        rows_.pop_back();
+    // Puts an object into a row, or none; its revision counts as not seen.
+    void put(std::size_t row, nb::object kernel) {
+        if (row >= rows_.size()) rows_.resize(row + 1);
+        Kernel* it = kernel.is_none() ? nullptr : nb::cast<Kernel*>(kernel);
+        rows_[row] = {std::move(kernel), it, -1};
     }
-    // The rows whose objects have another revision than they had before. O(rows).
-    std::vector<std::int64_t> changed() {
-        std::vector<std::int64_t> rows;
+
+    // Adds the rows whose objects have a revision that was not seen to a set; then it is. O(rows).
+    void add_changed(nb::set changed) {
         for (std::size_t i = 0; i < rows_.size(); ++i) {
-            auto turn = rows_[i].kernel->take_turn();
-            std::int64_t revision = rows_[i].kernel->object().points().revision();
-            if (std::exchange(rows_[i].revision, revision) != revision) {
-                rows.push_back(static_cast<std::int64_t>(i));
-            }
+            Row& row = rows_[i];
+            if (row.kernel == nullptr) continue;
+            auto turn = row.kernel->take_turn();
+            std::int64_t revision = row.kernel->object().points().revision();
+            if (revision == row.seen) continue;
+            changed.add(i);
+            row.seen = revision;
         }
-        return rows;
     }
 
    private:
     struct Row {
-        Kernel* kernel;
-        std::int64_t revision;
+        nb::object held;
+        Kernel* kernel = nullptr;
+        std::int64_t seen = -1;
     };
     std::vector<Row> rows_;
 };
@@ -221,9 +223,8 @@ void bind_collision(KernelClass& kernel, nb::module_& module) {
         .def("box", box);
     nb::class_<Roster>(module, "Roster")
         .def(nb::init<>())
-        .def("add", &Roster::add, "kernel"_a)
-        .def("remove", &Roster::remove, "row"_a)
-        .def("changed", [](Roster& r) { return to_numpy(r.changed()); });
+        .def("put", &Roster::put, "row"_a, "kernel"_a.none())
+        .def("add_changed", &Roster::add_changed, "changed"_a);
 }
 
 }  // namespace flintknap
