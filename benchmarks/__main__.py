@@ -19,6 +19,7 @@ NAMES = (
     "memory",
     "replay",
     "query",
+    "collision",
     "soak",
 )
 

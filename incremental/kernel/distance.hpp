@@ -166,21 +166,23 @@ class NearestSearch {
     void scan(Index n) {
         const Ring::Leaf& leaf = ring_.leaf(n);
         Index count = ring_.node(n).count;
-        double low[Ring::kRoom], high[Ring::kRoom];
+        // Squares of distances, and how far rounding may have taken them.
+        double square[Ring::kRoom], slack[Ring::kRoom];
         for (Index i = 0; i < count; ++i) {
             double ax = leaf.x[i] - q_.x, ay = leaf.y[i] - q_.y;
             double x = leaf.x[i + 1] - leaf.x[i], y = leaf.y[i + 1] - leaf.y[i];
             double t = -(ax * x + ay * y) / (x * x + y * y);
             t = t < 0 ? 0 : t;
             t = t > 1 ? 1 : t;
-            double fx = ax + t * x, fy = ay + t * y, far = std::sqrt(fx * fx + fy * fy);
-            double slack = kSlack * (std::fabs(ax) + std::fabs(ay) + std::fabs(x) + std::fabs(y));
-            low[i] = far - slack;
-            high[i] = far + slack;
+            double fx = ax + t * x, fy = ay + t * y;
+            square[i] = fx * fx + fy * fy;
+            slack[i] = kSlack * (std::fabs(ax) + std::fabs(ay) + std::fabs(x) + std::fabs(y));
         }
-        for (Index i = 0; i < count; ++i) limit_ = high[i] < limit_ ? high[i] : limit_;
+        Index best = static_cast<Index>(std::min_element(square, square + count) - square);
+        limit_ = std::min(limit_, std::sqrt(square[best]) + slack[best]);
         for (Index i = 0; i < count; ++i) {
-            if (low[i] <= limit_) look_at(leaf, n, i);
+            double reach = limit_ + slack[i];
+            if (square[i] <= gap_within(reach)) look_at(leaf, n, i);
         }
     }
 

@@ -1,8 +1,7 @@
 // How far, what is met on the way, and who touches whom.
 #include "../collision.hpp"
 
-#include <functional>
-
+#include "../order.hpp"
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -22,19 +21,21 @@ struct Ends {
     }
 };
 
-// The nearest edges of many places. Each search starts from what the one before has found.
+// The nearest edges of many places, taken along a curve: each search begins near the one before,
+// with what is in the cache, and with a bound.
 template <class Answer>
 void search_nearest(const Ring& ring, DoubleArray x, DoubleArray y, Answer answer) {
     NearestSearch search(ring);
-    double limit = std::numeric_limits<double>::infinity();
-    Point known = {};
-    bool any = false;
-    for (std::size_t i = 0; i < x.shape(0); ++i) {
-        Point q = {x(i), y(i)};
-        Nearest found = search.ask(q, any ? distance(known, q) : limit);
+    const Point* known = nullptr;
+    Point start = {};
+    auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
+    for (const Ranked& next : curve_order(x.shape(0), place_of)) {
+        std::size_t i = at(next.item);
+        Point q = place_of(i);
+        Nearest found = known ? search.ask(q, distance(*known, q)) : search.ask(q);
         if (found.leaf != kNone) {
-            known = edge_of(ring.leaf(found.leaf), found.place).a;
-            any = true;
+            start = edge_of(ring.leaf(found.leaf), found.place).a;
+            known = &start;
         }
         answer(i, found);
     }
@@ -137,76 +138,24 @@ auto crossings(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
                           to_numpy(std::move(ends.start)), to_numpy(std::move(ends.stop)));
 }
 
-// Takes the turns of both, the one at the lower address first whoever asks: so no circle of threads
-// can wait for each other. Then asks of the rings.
-template <class Ask>
-auto ask_both(Kernel& a, Kernel& b, Ask ask) {
-    bool in_order = !std::less<Kernel*>()(&b, &a);
-    auto first = (in_order ? a : b).with_ring();
-    auto second = &a == &b ? Kernel::Turn() : (in_order ? b : a).with_ring();
-    nb::gil_scoped_release others_may_run;
-    return ask(a.object().ring(), b.object().ring());
-}
-
-bool collides(Kernel& a, Kernel& b) { return ask_both(a, b, collide); }
+bool collides(Kernel& a, Kernel& b) { return with_both_rings(a, b, collide); }
 
 double clearance(Kernel& a, Kernel& b) {
-    return ask_both(a, b, [](const Ring& one, const Ring& other) {
+    return with_both_rings(a, b, [](const Ring& one, const Ring& other) {
         return collide(one, other) ? 0.0 : Clearance(one, other).ask();
     });
 }
 
 bool is_clear(Kernel& a, Kernel& b, double at_least) {
-    return ask_both(a, b, [&](const Ring& one, const Ring& other) {
+    return with_both_rings(a, b, [&](const Ring& one, const Ring& other) {
         return at_least <= 0 ||
                (!collide(one, other) && Clearance(one, other).is_at_least(at_least));
     });
 }
 
-// Low x, low y, high x, high y of the ring; not numbers if there is none.
-auto box(Kernel& k) {
-    auto turn = k.with_ring();
-    const Ring& ring = k.object().ring();
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    Box b = ring.empty() ? Box{none, none, none, none} : ring.node(ring.root()).box;
-    return nb::make_tuple(b.x_low, b.y_low, b.x_high, b.y_high);
-}
-
-// Objects in rows, and what revision each had when last looked at.
-class Roster {
-   public:
-    // Puts an object into a row, or none; its revision counts as not seen.
-    void put(std::size_t row, nb::object kernel) {
-        if (row >= rows_.size()) rows_.resize(row + 1);
-        Kernel* it = kernel.is_none() ? nullptr : nb::cast<Kernel*>(kernel);
-        rows_[row] = {std::move(kernel), it, -1};
-    }
-
-    // Adds the rows whose objects have a revision that was not seen to a set; then it is. O(rows).
-    void add_changed(nb::set changed) {
-        for (std::size_t i = 0; i < rows_.size(); ++i) {
-            Row& row = rows_[i];
-            if (row.kernel == nullptr) continue;
-            auto turn = row.kernel->take_turn();
-            std::int64_t revision = row.kernel->object().points().revision();
-            if (revision == row.seen) continue;
-            changed.add(i);
-            row.seen = revision;
-        }
-    }
-
-   private:
-    struct Row {
-        nb::object held;
-        Kernel* kernel = nullptr;
-        std::int64_t seen = -1;
-    };
-    std::vector<Row> rows_;
-};
-
 }  // namespace
 
-void bind_collision(KernelClass& kernel, nb::module_& module) {
+void bind_collision(KernelClass& kernel) {
     using namespace nb::literals;
     kernel.def("distance", distance_one, "x"_a, "y"_a)
         .def("distance_many", distance_many, "x"_a, "y"_a)
@@ -219,12 +168,7 @@ void bind_collision(KernelClass& kernel, nb::module_& module) {
         .def("crossings", crossings, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("collides", collides, "other"_a)
         .def("clearance", clearance, "other"_a)
-        .def("is_clear", is_clear, "other"_a, "at_least"_a)
-        .def("box", box);
-    nb::class_<Roster>(module, "Roster")
-        .def(nb::init<>())
-        .def("put", &Roster::put, "row"_a, "kernel"_a.none())
-        .def("add_changed", &Roster::add_changed, "changed"_a);
+        .def("is_clear", is_clear, "other"_a, "at_least"_a);
 }
 
 }  // namespace flintknap

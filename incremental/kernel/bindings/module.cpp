@@ -46,6 +46,7 @@ NB_MODULE(_kernel, m) {
     bind_points(kernel);
     bind_gamma(kernel, m);
     bind_boundary(kernel);
-    bind_collision(kernel, m);
+    bind_collision(kernel);
     bind_whole(kernel);
+    bind_scene(m);
 }
