@@ -2,7 +2,7 @@
 
 Two objects that just miss each other are the set, turned by half a radian, and its mirror image,
 moved to where GEOS finds 1e-4 of its size between them, their boxes overlapping. Shapely's
-geometries are prepared, its tree of edges built, and all of it warm, but where a change rebuilds it.
+geometries are prepared, its tree of edges built, and all is warm, but where a change rebuilds it.
 The last cell: how many answers differ from ours (of distances: by more than 1e-12 of them).
 """
 
@@ -88,9 +88,9 @@ class Case:
         near, far = 0.0, 3.0
         while far - near > 1e-4:
             middle = (near + far) / 2
-            moved = shapely.Polygon(mirrored + [middle, 0])
+            moved = shapely.Polygon(mirrored + np.array([middle, 0.0]))
             near, far = (middle, far) if polygon.intersects(moved) else (near, middle)
-        return made(self.points * [-1, 1] + [far + 1e-4, 0])
+        return made(self.points * [-1, 1] + np.array([far + 1e-4, 0.0]))
 
     def places(self) -> Points:
         """Uniform over the box."""
