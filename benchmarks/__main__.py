@@ -20,6 +20,8 @@ NAMES = (
     "replay",
     "query",
     "collision",
+    "smooth",
+    "gamma",
     "soak",
 )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from math import isqrt
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -109,10 +110,14 @@ def last_bit_apart(draw: DrawFn, size: int) -> Points:
     return draw(last_bits(scale * array(draw(many(few, size)))))
 
 
-# The 36 integer points at distance 65 from the origin, by 5 and 13 being hypotenuses.
-ON_CIRCLE = [
-    (float(x), float(y)) for x in range(-65, 66) for y in range(-65, 66) if x * x + y * y == 65**2
-]
+def on_circle(radius: int) -> list[tuple[float, float]]:
+    """All integer points at an integer distance from the origin."""
+    legs = [(x, isqrt(radius**2 - x**2)) for x in range(-radius, radius + 1)]
+    right = [(x, y) for x, y in legs if x * x + y * y == radius**2]
+    return sorted({(float(x), float(s * y)) for x, y in right for s in (1, -1)})
+
+
+ON_CIRCLE = on_circle(65)  # 36, by 5 and 13 being hypotenuses
 
 
 @st.composite

@@ -14,7 +14,7 @@ import strategies
 
 def survives(engine: fk.Engine, path: Path) -> fk.Engine:
     """Save, load, compare; return the loaded one."""
-    fk.save(engine, path)
+    engine.save(path)
     loaded = fk.load(path)
     loaded.check()
     assert loaded.digest() == engine.digest()
@@ -77,12 +77,12 @@ def test_the_file_is_replaced_whole(tmp_path):
     path = tmp_path / "engine"
     engine = fk.Engine()
     engine.insert([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
-    fk.save(engine, path)
+    engine.save(path)
     engine.insert(1.0, 1.0)
     survives(engine, path)
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(OSError, match="nowhere"):
-        fk.save(engine, tmp_path / "nowhere" / "engine")
+        engine.save(tmp_path / "nowhere" / "engine")
     with pytest.raises(FileNotFoundError):
         fk.load(tmp_path / "nothing")
 
@@ -91,7 +91,7 @@ def test_what_is_cut_short_or_altered_is_refused(tmp_path):
     path = tmp_path / "engine"
     engine = fk.Engine()
     engine.insert(np.random.default_rng(1).random((20, 2)))
-    fk.save(engine, path)
+    engine.save(path)
     whole = path.read_bytes()
     for length in [0, 1, 20, 21, 25, 29, 40, len(whole) // 2, len(whole) - 1]:
         path.write_bytes(whole[:length])

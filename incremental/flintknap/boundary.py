@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-import numpy as np
+from flintknap.geometry import Polygonal
 
 if TYPE_CHECKING:
-    from numpy.typing import DTypeLike, NDArray
+    import numpy as np
+    from numpy.typing import NDArray
 
 Status = Literal["closed", "locked", "degenerate"]
 
 
 @dataclass(frozen=True, eq=False)
-class Boundary:
+class Boundary(Polygonal):
     """A simple closed polygon, the boundary of the object (section 3.1).
 
     Arrays are read-only. The ring runs counter-clockwise from the lexicographically smallest
-    vertex, which is not repeated at the end.
+    vertex, which is not repeated at the end. Area, length and formats: Polygonal.
 
     Attributes:
         ids: int64 (n,), the points along the ring.
@@ -37,28 +37,3 @@ class Boundary:
     status: Status
     inside: NDArray[np.int64]
     d: float
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        return np.array(self.xy, dtype=dtype, copy=copy)
-
-    @cached_property
-    def area(self) -> float:
-        """Area of the object, in square units. O(n) once."""
-        if len(self.xy) == 0:
-            return 0.0
-        x, y = (self.xy - self.xy[0]).T  # near the ring, fewer digits cancel
-        return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
-
-    @cached_property
-    def length(self) -> float:
-        """Length of the boundary, in units. O(n) once."""
-        step = np.roll(self.xy, -1, axis=0) - self.xy
-        return float(np.sum(np.hypot(step[:, 0], step[:, 1])))
-
-    @property
-    def __geo_interface__(self) -> dict[str, Any]:
-        ring = [tuple(p) for p in self.xy.tolist()]
-        return {"type": "Polygon", "coordinates": [[*ring, ring[0]]] if ring else []}

@@ -1,13 +1,14 @@
-"""The `flintknap` command: thin verbs over the library.
+"""The `flintknap` command: its verbs, what they take, and how it ends.
 
-`flintknap replay LOG` applies an event log. Data go to standard output: an answer to each query as
-a line of JSON, in order, each as soon as it is known, and with --collisions contacts of objects
-among them; with --json the summary, on the last line.
-Messages, the summary for people and the progress bar (on a terminal only) go to standard error.
+Data go to standard output: answers and contacts of a replay as lines of JSON, each at once;
+what `info` and `check` found; a log or a summary where it is asked for. Messages, the summary for
+people and the progress bar (on a terminal only) go to standard error.
 
-Exit codes: 0; 1 for bad input and for files that cannot be read or written; 2 for bad usage; 130
-after Ctrl-C and 141 when nobody reads the output any more, both without a word. Where the code is
-not 0, no output file was made or changed.
+Exit codes: 0; 1 for bad input, for files that cannot be read or written, and where `check` finds a
+law broken; 2 for bad usage; 130 after Ctrl-C and 141 when nobody reads the output any more, both
+without a word. Where the code is not 0, no output file was made or changed.
+
+What the verbs do is in `commands.py`, which is imported once it is clear which one is wanted.
 """
 
 from __future__ import annotations
@@ -16,35 +17,38 @@ import argparse
 import math
 import os
 import sys
-import time
-from contextlib import ExitStack, suppress
-from importlib.metadata import version
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-from tqdm import tqdm
-
-from flintknap import export
 from flintknap.errors import InputError
-from flintknap.log import replacing
-from flintknap.replay import replay
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from flintknap.events import Answer, Contact
-    from flintknap.replay import Replay
-
 INTERRUPTED = 128 + 2  # as a shell reports death by SIGINT
 BROKEN_PIPE = 128 + 13  # as a shell reports death by SIGPIPE
+
+LOG = "JSON Lines, gzip or not; - is standard input"
+EXIT_CODES = (
+    "Exit codes: 0; 1 if input is refused or a file cannot be read or written; 2 for bad usage."
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; bad usage raises SystemExit(2)."""
     options = _parser().parse_args(arguments)
     try:
-        _replay(options)
+        from flintknap import commands
+
+        verb = {
+            "replay": commands.replay,
+            "convert": commands.convert,
+            "info": commands.info,
+            "check": commands.check,
+        }
+        code = verb[options.verb](options)
+        sys.stdout.flush()
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -54,22 +58,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InputError, OSError) as error:
         print(f"flintknap: {error}", file=sys.stderr)
         return 1
-    return 0
+    return code
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="flintknap", description="Live object boundaries from streams of points."
+        prog="flintknap",
+        description="Live object boundaries from streams of points.",
+        epilog="""\
+examples:
+  flintknap convert points.csv log.jsonl.gz       make a log of a table of points
+  flintknap info log.jsonl.gz                     what is in it
+  flintknap replay log.jsonl.gz --svg out.svg     its objects, drawn
+  flintknap VERB --help                           more about a verb
+
+"""
+        + EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"flintknap {version('flintknap')}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True)
-    verb = verbs.add_parser(
+    parser.add_argument("--version", action=_Version)
+    verbs = parser.add_subparsers(metavar="VERB", dest="verb", required=True)
+
+    verb = _add(
+        verbs,
         "replay",
-        help="apply an event log and report the boundary of each object",
-        description="Apply an event log and report the boundary of each object. Answers to its "
+        "apply an event log and report the boundary of each object",
+        "Apply an event log and report the boundary of each object. Answers to its "
         "queries go to standard output as JSON Lines, the summary to standard error.",
+        """\
+  flintknap replay log.jsonl.gz --svg boundary.svg --geojson boundary.geojson
+  flintknap replay log.jsonl.gz --until 3600 --object hull --json
+  tail -f feed.jsonl | flintknap replay - --window 60 > answers.jsonl""",
     )
-    verb.add_argument("log", metavar="LOG", help="JSON Lines, gzip or not; - is standard input")
+    verb.add_argument("log", metavar="LOG", help=LOG)
     verb.add_argument("--until", metavar="T", type=_time, help="leave out events later than T")
     verb.add_argument("--object", metavar="NAME", help="leave out other objects")
     verb.add_argument(
@@ -81,7 +102,79 @@ def _parser() -> argparse.ArgumentParser:
         "--collisions", action="store_true", help="report contacts of objects as they begin and end"
     )
     verb.add_argument("--json", action="store_true", help="summary as JSON on standard output")
+
+    verb = _add(
+        verbs,
+        "convert",
+        "make an event log of points in CSV, GeoJSON, WKT, Parquet or Arrow",
+        "Make an event log of the points of a file: the rows of a table with columns x, y and "
+        "perhaps t and object, or the vertices of geometries. Where no time is told, it is 0.",
+        """\
+  flintknap convert points.csv log.jsonl.gz
+  flintknap convert outline.geojson - | flintknap replay - --svg outline.svg
+  zcat points.csv.gz | flintknap convert - log.jsonl --from csv --object hull""",
+    )
+    verb.add_argument("source", metavar="SOURCE", help="what to read; - is standard input")
+    verb.add_argument("log", metavar="LOG", help="gzip if it ends in .gz; - is standard output")
+    verb.add_argument(
+        "--from",
+        dest="form",
+        metavar="FORMAT",
+        choices=["csv", "geojson", "wkt", "parquet", "arrow"],
+        help="csv, geojson, wkt, parquet or arrow, if the end of SOURCE does not tell",
+    )
+    verb.add_argument(
+        "--object", metavar="NAME", default="object", help="of points that do not name theirs"
+    )
+
+    verb = _add(
+        verbs,
+        "info",
+        "say what is in a log",
+        "Say what is in a log: of each object its events and their times, and the distinct points "
+        "it ends with and their bounding box.",
+        """\
+  flintknap info log.jsonl.gz
+  flintknap info log.jsonl.gz --json | python -m json.tool""",
+    )
+    verb.add_argument("log", metavar="LOG", help=LOG)
+    verb.add_argument("--json", action="store_true", help="as JSON")
+
+    verb = _add(
+        verbs,
+        "check",
+        "replay a log and verify every law of every engine",
+        "Replay a log and verify every law and invariant of every engine at its end; one line for "
+        "each object. Exit code 1 if one is broken: please report it, with the log.",
+        """\
+  flintknap check log.jsonl.gz""",
+    )
+    verb.add_argument("log", metavar="LOG", help=LOG)
     return parser
+
+
+def _add(verbs: Any, name: str, summary: str, about: str, examples: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = verbs.add_parser(
+        name,
+        help=summary,
+        description=about,
+        epilog=f"examples:\n{examples}\n\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return parser
+
+
+class _Version(argparse.Action):
+    """Prints the version, which takes a while to find out, only if it is asked for."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, dest, nargs=0, help="show the version and exit")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"flintknap {version('flintknap')}")
+        parser.exit()
 
 
 def _time(text: str) -> float:
@@ -98,104 +191,3 @@ def _seconds(text: str) -> float:
         if 0 < value < math.inf:
             return value
     raise argparse.ArgumentTypeError(f"got {text!r}, expected a positive finite number")
-
-
-def _replay(options: argparse.Namespace) -> None:
-    with ExitStack() as files:
-        # Opened first: what cannot be written should not cost a replay.
-        outputs = [
-            (files.enter_context(replacing(path)), exported)
-            for path, exported in ((options.svg, export.svg), (options.geojson, export.geojson))
-            if path is not None
-        ]
-        started = time.perf_counter()
-        with tqdm(
-            total=None if options.log == "-" else Path(options.log).stat().st_size,
-            unit="B",
-            unit_scale=True,
-            leave=False,
-            disable=not sys.stderr.isatty(),
-        ) as bar:
-            done = replay(
-                options.log,
-                until=options.until,
-                object=options.object,
-                window=options.window,
-                answer=_print_event,
-                contact=_print_event if options.collisions else None,
-                progress=lambda position: bar.update(position - bar.n),
-            )
-            for engine in done.engines.values():
-                engine.boundary()
-        seconds = time.perf_counter() - started
-        for file, exported in outputs:
-            file.write(exported(done.engines).encode())
-        summary = _summary(done, options.window, seconds)
-        if options.json:
-            _print(summary)
-        else:
-            print(_table(summary), file=sys.stderr)
-
-
-def _print_event(event: Answer | Contact) -> None:
-    with tqdm.external_write_mode():
-        _print(event)
-
-
-def _print(value: Answer | Contact | dict[str, Any]) -> None:
-    """Print a line of JSON, in UTF-8 whatever the locale, and at once: somebody may wait for it."""
-    sys.stdout.buffer.write(msgspec.json.encode(value) + b"\n")
-    sys.stdout.buffer.flush()
-
-
-def _summary(done: Replay, window: float | None, seconds: float) -> dict[str, Any]:
-    boundaries = {name: engine.boundary() for name, engine in done.engines.items()}
-    events = sum(done.events.values())
-    return {
-        "objects": [
-            {
-                "object": name,
-                "events": done.events[name],
-                "expired": done.windows[name].expired if name in done.windows else 0,
-                "points": len(done.engines[name]),
-                "status": boundary.status,
-                "inside": len(boundary.inside),
-                "vertices": len(boundary),
-                "length": boundary.length,
-                "area": boundary.area,
-                "digest": done.engines[name].digest(),
-            }
-            for name, boundary in boundaries.items()
-        ],
-        "window": window,
-        "events": events,
-        "seconds": seconds,
-        "events_per_second": events / seconds,
-    }
-
-
-def _table(summary: dict[str, Any]) -> str:
-    """Lay the summary out for people: a column for each property, a row for each object."""
-    rows = [["object", "events", "expired", "points", "status", "vertices", "area", "digest"]]
-    for facts in summary["objects"]:
-        status = facts["status"]
-        if status == "locked":
-            status += f", {facts['inside']:,} inside"
-        rows.append(
-            [
-                facts["object"] if facts["object"].isprintable() else ascii(facts["object"]),
-                f"{facts['events']:,}",
-                f"{facts['expired']:,}",
-                f"{facts['points']:,}",
-                status,
-                f"{facts['vertices']:,}",
-                f"{facts['area']:.6g}",
-                facts["digest"],
-            ]
-        )
-    if summary["window"] is None:
-        rows = [row[:2] + row[3:] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
-    speed = f"{summary['events']:,} events in {summary['seconds']:.3g} s"
-    return "\n".join([*lines, f"{speed}, {summary['events_per_second']:,.0f} a second"])

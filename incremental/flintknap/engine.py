@@ -17,30 +17,44 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import TYPE_CHECKING, overload
+import os
+from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
-from flintknap import gamma, inputs
+from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
 from flintknap.collision import Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError, InvariantError
+from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap.boundary import Status
+    from flintknap.smooth import BezierCurve, Weights
 
 _LARGEST_ID = 2**63 - 1
 
 
 class Engine:
-    """A planar object, known by points on its boundary."""
+    """A planar object, known by points on its boundary.
 
-    def __init__(self) -> None:
-        self._kernel = Kernel()
+    Where constriction of the Delaunay triangulation would leave points inside, wider gamma-graphs
+    are used, as wide as needed, to gamma([-1, 1], [d_min, 1]) at most (section 3.1). -1 sets no
+    bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+    """
+
+    def __init__(self, d_min: float = -1.0) -> None:
+        self._kernel = Kernel(float(d_min), least_cotangent(d_min))
         self._boundary: tuple[int, Boundary] | None = None
+        self._smooth: tuple[tuple[int, str, int], BezierCurve] | None = None
+
+    @property
+    def d_min(self) -> float:
+        """How far the gamma-graph may be widened."""
+        return self._kernel.d_min()
 
     # ------------------------------------------------------------------ points
     @overload
@@ -158,6 +172,21 @@ class Engine:
             self._boundary = revision, self._make_boundary()
         return self._boundary[1]
 
+    def smooth(self, *, weights: Weights = "length", degree: Literal[2, 3] = 3) -> BezierCurve:
+        """Return a smooth curve through the vertices of the boundary (section 5.1).
+
+        ``weights`` says how the sides at a vertex add up to its tangent: by "length", the longer
+        counting for more; "uniform"; or by "inverse" length, the closer neighbour counting for
+        more. ``degree`` 3 is G1 at every vertex. Degree 2 is the curve of parabolas that touch the
+        tangents, which hardly any polygon has that is not convex: InputError names the vertices
+        where there is none. O(n) after a change, O(1) if none.
+        """
+        asked = self.revision, weights, degree
+        if self._smooth is None or self._smooth[0] != asked:
+            polygon = self.boundary()
+            self._smooth = asked, smooth.curve(polygon.ids, polygon.xy, weights, degree)
+        return self._smooth[1]
+
     @overload
     def side(self, x: float, y: float) -> int: ...
     @overload
@@ -166,12 +195,16 @@ class Engine:
         """Tell where places lie: +1 inside the object, 0 on its boundary, -1 outside. Exact.
 
         Numbers or arrays, as in insert; an int for two numbers, else int8 of the common shape. A
-        degenerate object has no boundary and no inside: -1 everywhere. O(log n) expected a place.
+        degenerate object has no boundary and no inside: -1 everywhere. O(log n) a place on curves;
+        on rings as crooked as can be, a few times that (theory.md, section 4).
 
         Raises InputError naming the first row at fault.
         """
         if isinstance(x, float) and isinstance(y, float):
-            return self._kernel.side(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+            side = self._kernel.side(x, y)
+            if side > 1:
+                inputs.scalar(x, "x"), inputs.scalar(y, "y")  # one of them raises
+            return side
         xs, ys = inputs.pairs(x, y)
         if xs.ndim == 0:
             return self._kernel.side(float(xs), float(ys))
@@ -305,41 +338,55 @@ class Engine:
         return self._kernel.is_clear(other._kernel, at_least)
 
     # ------------------------------------------------------------------ the gamma-graph
-    def edges(self, graph: gamma.GraphName) -> NDArray[np.int64]:
-        """Return the edges of a graph of the gamma-family (section 2.1).
+    def edges(
+        self,
+        graph: gamma.Graph | None = None,
+        *,
+        gamma0: gamma.Interval | None = None,
+        gamma1: gamma.Interval | None = None,
+    ) -> NDArray[np.int64]:
+        """Return the edges of any graph of the gamma-family (section 2.1).
 
-        "delaunay" is the canonical Delaunay triangulation; of its edges, "gabriel" has those that
-        no point sees under more than a right angle, "hull" those with an empty side. Rows of two
-        ids, the smaller first, sorted: int64 (m, 2). O(n log n).
+        By name: "hull", "gabriel", "delaunay", ("beta_skeleton", beta) for the circle-based one of
+        any beta > 0, "void", "complete". Or by closed intervals (low, high) within [-1, 1], each
+        (-1, 1) if left out: an edge is a pair whose two values, as gamma() returns them, lie in
+        them. Of points on one circle that has none inside, gamma1 >= 0 joins all to all;
+        triangles() has those edges that the triangulation picks. A point between two others
+        separates them in every graph.
+
+        Rows of two ids, the smaller first, sorted: int64 (m, 2). O(n log n + m) if gamma1 >= 0 is
+        asked for. If gamma1 may be d < 0, each point searches what the others do not hide from it:
+        expected O(1) a point for fixed d on uniform points, but ever farther as d -> -1; in the
+        worst case, all pairs are looked at, O(n^2) of them, each for as many triangles as lie
+        between.
+
+        Raises InputError for other names and intervals, for both and for neither.
         """
-        wanted = gamma.graph(graph)
-        if self._kernel.is_flat():
-            return gamma.canonical(gamma.along_line(self.ids(), self.points()))
-        return gamma.canonical(self._kernel.edges(wanted))
+        (low0, high0), (low1, high1) = gamma.intervals(graph, gamma0, gamma1)
+        return self._kernel.edges(low0, high0, low1, high1)
 
     def gamma(
         self, a: ArrayLike, b: ArrayLike
     ) -> tuple[float, float] | tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return (gamma0, gamma1) of edges of the Delaunay triangulation (section 2.1).
+        """Return (gamma0, gamma1) of pairs of points (section 2.1).
 
-        ``a`` and ``b`` are ids or arrays of ids that broadcast. |gamma0| <= |gamma1|, each in
-        [-1, 1]. O(degree of a) a pair.
+        ``a`` and ``b`` are ids or arrays of ids that broadcast; floats for two ids, else float64 of
+        the common shape. |gamma0| <= |gamma1|, each in [-1, 1]; gamma1 >= 0 just for pairs that
+        some disc with no point inside joins, 1 just for empty sides. A pair with a point between
+        has no values: (nan, nan). O(degree of a) for an edge of the triangulation, else O(triangles
+        between a and b).
 
-        Raises KeyError naming an unknown id, InputError naming a pair that is no edge.
+        Raises KeyError naming an unknown id, InputError for a point paired with itself.
         """
         firsts, seconds = np.broadcast_arrays(self._known(a, "a"), self._known(b, "b"))
-        if self._kernel.is_flat():
-            edges = {tuple(e) for e in self.edges("delaunay").tolist()}
-            rows = zip(firsts.ravel().tolist(), seconds.ravel().tolist(), strict=True)
-            ends = [1.0 if (min(i, j), max(i, j)) in edges else np.nan for i, j in rows]
-            values = np.repeat(np.array(ends)[:, np.newaxis], 2, axis=1)
-        else:
-            values = self._kernel.gamma(firsts.ravel(), seconds.ravel())
-        bad = np.isnan(values[:, 0])
-        if bad.any():
-            row = int(np.argmax(bad))
-            pair = int(firsts.ravel()[row]), int(seconds.ravel()[row])
-            raise InputError(f"row {row}: got {pair}, expected a Delaunay edge", row=row)
+        same = (firsts == seconds).ravel()
+        if same.any():
+            row = int(np.argmax(same))
+            twice = int(firsts.ravel()[row])
+            raise InputError(
+                f"row {row}: got {(twice, twice)}, expected two different points", row=row
+            )
+        values = self._kernel.gamma(firsts.ravel(), seconds.ravel())
         if firsts.ndim == 0:
             return float(values[0, 0]), float(values[0, 1])
         return values[:, 0].reshape(firsts.shape), values[:, 1].reshape(firsts.shape)
@@ -374,8 +421,18 @@ class Engine:
         return h.hexdigest()
 
     def dump(self) -> NDArray[np.uint8]:
-        """Return everything as bytes for restored(); snapshot.save puts them into a file. O(n)."""
+        """Return everything as bytes for restored(); save puts them into a file. O(n)."""
         return self._kernel.dump()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a snapshot, from which ``flintknap.load`` makes this engine again. O(n).
+
+        A file that was there is replaced, once the new one is complete. Raises OSError where that
+        fails.
+        """
+        from flintknap import snapshot  # files are its business, and nothing else here needs it
+
+        snapshot.write(path, self.dump())
 
     @classmethod
     def restored(cls, dumped: NDArray[np.uint8]) -> Engine:
@@ -402,7 +459,8 @@ class Engine:
             status = "degenerate"
         elif len(inside):
             status = "locked"
-        return Boundary(ids, xy, status, inside, d=0.0)
+        d = max(gamma_of(self._kernel.widened()), self.d_min)
+        return Boundary(ids, xy, status, inside, d)
 
     def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
         return inputs.identifiers(ids, name, lambda i: self._kernel.multiplicity(i.ravel()) == 0)

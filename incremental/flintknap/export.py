@@ -1,7 +1,7 @@
 """Boundaries for other programs: GeoJSON for data, SVG for the eye.
 
-Both take objects by name, such as `Replay.engines`, and return the text of a file. Equal sets of
-points give equal text, whatever their history.
+Those of objects take them by name, such as `Replay.engines`, and return the text of a file. Equal
+sets of points give equal text, whatever their history.
 
 GeoJSON holds every coordinate exactly: numbers read back bit for bit. They are those that went in,
 on whatever plane that was; RFC 7946 would have them be longitude and latitude.
@@ -70,18 +70,15 @@ def geojson(objects: Mapping[str, Engine]) -> str:
 
 def svg(objects: Mapping[str, Engine]) -> str:
     """Return a picture of all objects in the order given, later ones over earlier ones."""
-    points = np.concatenate([np.zeros((0, 2)), *(each.points() for each in objects.values())])
-    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
-    scale = SIZE / (float((high - low).max()) or 1.0)
-    width, height = (high - low) * scale + 2 * MARGIN
+    canvas = _Canvas([each.points() for each in objects.values()])
+    scale = canvas.scale
 
     def place(xy: NDArray[np.float64]) -> list[tuple[float, float]]:
-        """Bring points onto the canvas, where y points down."""
-        x, up = ((xy - low) * scale + MARGIN).T
-        return list(zip(x.round(2).tolist(), (height - up).round(2).tolist(), strict=True))
+        x, y = canvas.place(xy).T
+        return list(zip(x.tolist(), y.tolist(), strict=True))
 
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}">',
+        canvas.head,
         f"<title>{_text(', '.join(objects))}</title>",
         f"<style>\n{STYLE}{_colours(LIGHT, len(objects))}",
         f"@media (prefers-color-scheme: dark) {{\n{_colours(DARK, len(objects))}\n}}\n</style>",
@@ -109,6 +106,43 @@ def svg(objects: Mapping[str, Engine]) -> str:
             lines.append(f'<path class="inside" d="{marks}"/>')
         lines.append("</g>")
     return "\n".join([*lines, "</svg>\n"])
+
+
+def curve(control: NDArray[np.float64]) -> str:
+    """Return a picture of a closed curve of Bezier segments, (n, 3 or 4, 2): cubic or quadratic.
+
+    Each segment is one command of the path, C or Q. The canvas holds the control points.
+    """
+    canvas = _Canvas([control.reshape(-1, 2)])
+    style = f"<style>\n{STYLE}{_colours(LIGHT, 1)}"
+    dark = f"@media (prefers-color-scheme: dark) {{\n{_colours(DARK, 1)}\n}}\n</style>"
+    path = ""
+    if len(control):
+        places = canvas.place(control)
+        (x, y), count = places[0, 0].tolist(), control.shape[1] - 1
+        command = ("Q" if count == 2 else "C") + " ".join(["%g,%g"] * count)
+        steps = command * len(control) % tuple(places[:, 1:].ravel().tolist())
+        path = f'<path class="area object0" d="M{x:g},{y:g}{steps}Z"/>'
+    return "\n".join([canvas.head, style, dark, path, "</svg>\n"])
+
+
+class _Canvas:
+    """Where points come to lie on a canvas that they fill, y pointing down."""
+
+    def __init__(self, points: list[NDArray[np.float64]]) -> None:
+        xy = np.concatenate([np.zeros((0, 2)), *points])
+        low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else np.zeros((2, 2))
+        self.low, self.scale = low, SIZE / (float((high - low).max()) or 1.0)
+        width, self.height = (high - low) * self.scale + 2 * MARGIN
+        box = f"0 0 {width:g} {self.height:g}"
+        self.head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}">'
+
+    def place(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Bring points, (..., 2), onto the canvas, to a hundredth of a unit."""
+        placed = (xy - self.low) * self.scale + MARGIN
+        placed[..., 1] = self.height - placed[..., 1]
+        rounded: NDArray[np.float64] = placed.round(2)
+        return rounded
 
 
 def _colours(palette: list[str], count: int) -> str:

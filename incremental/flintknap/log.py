@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import sys
 import zlib
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -76,11 +77,13 @@ def read(path: str | os.PathLike[str]) -> Iterator[Block]:
 def write(path: str | os.PathLike[str], events: Iterable[Event]) -> None:
     """Write a log, compressed if ``path`` ends in ".gz"; a file that was there is replaced.
 
+    "-" is standard output, which has lines of a log that fails later.
+
     Raises InputError for the first event that would not be read back, its index in ``row``.
     """
     packed = os.fspath(path).endswith(".gz")
     with (
-        replacing(path) as file,
+        nullcontext(sys.stdout.buffer) if path == "-" else replacing(path) as file,
         gzip.GzipFile("", "wb", 9, file, mtime=0) if packed else nullcontext(file) as stream,
     ):
         stream.write(_encode(HEADER) + b"\n")
@@ -92,6 +95,7 @@ def write(path: str | os.PathLike[str], events: Iterable[Event]) -> None:
                 why = f"event {row}: got {event!r}, expected {EXPECTED}: {error}"
                 raise InputError(why, row=row) from None
             stream.write(line + b"\n")
+        stream.flush()
 
 
 @contextmanager

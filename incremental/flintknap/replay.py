@@ -186,6 +186,7 @@ def replay(
     answer: Callable[[Answer], Any] = lambda _: None,
     progress: Callable[[int], Any] = lambda _: None,
     contact: Callable[[Contact], Any] | None = None,
+    applied: Callable[[Sequence[Event]], Any] = lambda _: None,
 ) -> Replay:
     """Apply a log, given by its path ("-" is standard input), or any events.
 
@@ -193,7 +194,8 @@ def replay(
     leave when they are so many seconds old. ``answer`` is called with what each query is answered,
     in order, before later events are applied; ``progress`` now and then with the bytes read so far
     (of an iterable: the events). ``contact`` is called with every pair of objects that begins or
-    ceases to collide, as of all events up to the next one with another time.
+    ceases to collide, as of all events up to the next one with another time;
+    ``applied`` with events after they were applied, block by block.
 
     Raises LogError (of an iterable: InputError with the index in ``row``) for the first event at
     fault, InputError for an ``object`` without events or a bad ``window``, OSError where a file
@@ -243,6 +245,7 @@ def replay(
             absent = (changed, error) if isinstance(error, _AbsentError) else None
             _blame(rows, block, file, absent)
             raise
+        applied(events)
         progress(block.position)
     if watch is not None:
         watch.advance(None)

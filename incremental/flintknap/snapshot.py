@@ -30,9 +30,8 @@ LENGTH_BYTES = 8
 SUM_BYTES = 32
 
 
-def save(engine: Engine, path: str | os.PathLike[str]) -> None:
-    """Write the engine to one file, replacing what was there. OSError where that fails. O(n)."""
-    arrays = engine.dump()
+def write(path: str | os.PathLike[str], arrays: NDArray[np.uint8]) -> None:
+    """Write an engine's arrays to one file, replacing what was there. OSError where that fails."""
     length = len(arrays).to_bytes(LENGTH_BYTES, "little")
     with replacing(path) as file:
         for part in (HEADER, length, arrays.data, _checksum(length, arrays)):

@@ -79,9 +79,11 @@ class Constriction {
         }
     }
 
-    // What a triangulation tells those who watch it. Call repair before anything is asked.
+    // What a triangulation tells those who watch it. Call repair before anything is asked, and
+    // forget_changes when all who want to know what has changed have seen it.
     void destroying(const std::vector<Index>& triangles) {
         const Mesh& m = t_.mesh();
+        destroyed_.insert(destroyed_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
             if (!m.is_ghost(x)) {
                 if (event_of_[at(x)] != kNone) kill(event_of_[at(x)]);
@@ -152,7 +154,25 @@ class Constriction {
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
         for (Index e : retired_) forest_.release(e);
-        forget_changes();
+        retired_.clear();
+    }
+
+    // What has changed since forget_changes: triangles that went and that came (some of which may
+    // be gone again), some that left the object or joined it or did both, and vertices some of
+    // which have no holder any more.
+    const std::vector<Index>& destroyed() const { return destroyed_; }
+    const std::vector<Index>& created() const { return created_; }
+    const std::vector<Index>& changed() const { return changed_; }
+    const std::vector<Index>& loosened() const { return loosened_; }
+
+    void forget_changes() {
+        destroyed_.clear();
+        created_.clear();
+        changed_.clear();
+        loosened_.clear();
+        freed_.clear();
+        retired_.clear();
+        heap_.clear();
     }
 
     // Between repairs only: changes in progress do not travel.
@@ -264,6 +284,7 @@ class Constriction {
         holder_[at(v)] = kNone;
         ++left_inside_;
         freed_.push_back(v);
+        loosened_.push_back(v);
     }
 
     // Ends an event and all that hang from it.
@@ -344,14 +365,6 @@ class Constriction {
         }
     }
 
-    void forget_changes() {
-        created_.clear();
-        changed_.clear();
-        freed_.clear();
-        retired_.clear();
-        heap_.clear();
-    }
-
     const Triangulation& t_;
     Forest forest_;
     std::vector<Index> event_of_;   // by triangle: the event that removed it, or kNone
@@ -360,10 +373,10 @@ class Constriction {
     Index left_inside_ = 0;         // vertices without a holder
     std::int64_t touched_ = 0;
     Links links_;
-    // A change in progress: triangles that came, others that changed sides, vertices that lost
-    // their holder and whose gates are still to be offered, events to give back at the end, events
-    // about to die, gates by time.
-    std::vector<Index> created_, changed_, freed_, retired_, doomed_;
+    // A change in progress: triangles that went, that came, others that changed sides, vertices
+    // that lost their holder, those of them whose gates are still to be offered, events to give
+    // back at the end, events about to die, gates by time.
+    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, doomed_;
     Heap<Candidate, Sooner> heap_{Sooner{*this}};
 };
 

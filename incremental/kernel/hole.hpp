@@ -3,14 +3,17 @@
 // Theory. The triangles about a site leave a hole, star-shaped about it, whose rim is the link of
 // the site. A Delaunay triangulation is unique (ties broken by coordinates) and its triangles are
 // told by conflicts alone, so the hole is filled by those triangles of the triangulation of the
-// link that lie within. A small hole is filled ear by ear: a corner of the rim whose triangle turns
-// left and is in conflict with no other vertex of the link is one of them, and there are always
-// two. A large one is filled with copies from a triangulation of the link made for it.
+// link that lie within. A small hole is filled from its rim inward: of the triangle on an edge, the
+// apex is the one whose circle is empty. A large one is filled with copies from a triangulation of
+// the link made for it.
 //
 // The ghost vertex may be on the rim, and then some of the triangles are ghosts.
-// Cost: O(k^2) for a rim of k <= kSmallHole, else O(k log k) expected.
+// Cost: for a rim of k <= kSmallHole, O(k log k) if the apexes part it evenly, O(k^2) at worst; for
+// more, O(k log k) expected, with a larger constant: beyond 150 it wins.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -23,85 +26,112 @@ namespace flintknap {
 
 using Sites = std::vector<Point>;
 
-constexpr std::size_t kSmallHole = 16;
+constexpr std::size_t kSmallHole = 128;
 
 // An edge of a rim, from a to b with the hole on its left; `outer` is its twin, outside.
 struct RimEdge {
     Index a, b, outer;
 };
 
-// For three sites on a line: is p strictly between a and b?
-inline bool between(Point a, Point p, Point b) { return a < b ? a < p && p < b : b < p && p < a; }
-
-// Whether p is in conflict with the triangle a, b, c: inside its circle, ties broken by
-// coordinates; for a ghost, strictly beyond its hull edge or on the open segment.
-inline bool conflicts(const Sites& sites, Index a, Index b, Index c, Point p) {
-    if (a != kGhost && b != kGhost && c != kGhost) {
-        return in_circle_perturbed(sites[at(a)], sites[at(b)], sites[at(c)], p) > 0;
-    }
-    // turn the ghost vertex to c: the hull edge runs from b to a
-    if (a == kGhost) {
-        a = b;
-        b = c;
-    } else if (b == kGhost) {
-        b = a;
-        a = c;
-    }
-    int s = orient(sites[at(a)], sites[at(b)], p);
-    return s > 0 || (s == 0 && between(sites[at(a)], p, sites[at(b)]));
-}
-
-// Fills a hole ear by ear, with the first of the triangles given.
+// Fills a hole from its rim inward, with the first of the triangles given.
+//
+//            m                 A polygon i .. j of the rim and its closing edge. The triangle on
+//            that
+//          / | \              edge has its apex m where j and i are seen under the largest angle;
+//         o  |  o              two smaller polygons are left, i .. m and m .. j, each with a side
+//         | / \ |             of the triangle for its closing edge.
+//         i --- j
+//           outer
+//
+// The ghost sees the vertices of the rim as a chain, whose hull is what it borders on next: a
+// scan along the chain finds it, and what lies between chain and hull are polygons as above.
 class SmallHole {
    public:
     SmallHole(Mesh& mesh, const Sites& sites, std::vector<RimEdge>& rim)
         : mesh_(mesh), sites_(sites), rim_(rim) {}
 
-    //        c                  the ear a, b, c is cut off: the edges ab and bc of the rim give way
-    //       / \      rim        to ac, whose twin is the ear's third edge
-    //      a - b ---
-    //
     void fill(const std::vector<Index>& triangles) {
-        std::size_t used = 0;
-        for (std::size_t n = 0; rim_.size() > 3;) {
-            n %= rim_.size();
-            if (!is_ear(n)) {
-                ++n;
-                continue;
-            }
-            std::size_t after = (n + 1) % rim_.size();
-            RimEdge e = rim_[n], f = rim_[after];
-            Index t = triangles[used++];
-            mesh_.set_triangle(t, e.a, e.b, f.b);
-            mesh_.glue(3 * t, e.outer);
-            mesh_.glue(3 * t + 1, f.outer);
-            mesh_.set_leaving_corners(t);
-            rim_[n] = {e.a, f.b, 3 * t + 2};
-            rim_.erase(rim_.begin() + static_cast<std::ptrdiff_t>(after));
+        next_ = triangles.data();
+        auto is_ghost = [](const RimEdge& e) { return e.a == kGhost; };
+        auto ghost = std::find_if(rim_.begin(), rim_.end(), is_ghost);
+        if (ghost == rim_.end()) {
+            fill_polygon({0, rim_.size() - 1, rim_.back().outer});
+        } else {
+            std::rotate(rim_.begin(), ghost, rim_.end());
+            fill_beyond_hull();
         }
-        Index t = triangles[used];
-        mesh_.set_triangle(t, rim_[0].a, rim_[1].a, rim_[2].a);
-        for (Index side = 0; side < 3; ++side) mesh_.glue(3 * t + side, rim_[at(side)].outer);
-        mesh_.set_leaving_corners(t);
     }
 
    private:
-    // Whether the corner between edges n and n + 1 of the rim is a triangle of the hole.
-    bool is_ear(std::size_t n) const {
-        Index a = rim_[n].a, b = rim_[n].b, c = rim_[(n + 1) % rim_.size()].b;
-        bool real = a != kGhost && b != kGhost && c != kGhost;
-        if (real && orient(sites_[at(a)], sites_[at(b)], sites_[at(c)]) <= 0) return false;
-        for (const RimEdge& other : rim_) {
-            Index d = other.a;
-            if (d == a || d == b || d == c || d == kGhost) continue;
-            if (conflicts(sites_, a, b, c, sites_[at(d)])) return false;
+    // Vertices i to j of the rim; its closing edge runs from j to i and `outer` is its twin.
+    struct Polygon {
+        std::size_t i, j;
+        Index outer;
+    };
+
+    Point site(std::size_t n) const { return sites_[at(rim_[n].a)]; }
+
+    Index add_triangle(Index a, Index b, Index c) {
+        Index t = *next_++;
+        mesh_.set_triangle(t, a, b, c);
+        mesh_.set_leaving_corners(t);
+        return t;
+    }
+
+    void fill_polygon(Polygon whole) {
+        std::array<Polygon, kSmallHole> todo;
+        todo[0] = whole;
+        for (std::size_t left = 1; left > 0;) {
+            auto [i, j, outer] = todo[--left];
+            if (j == i + 1) {
+                mesh_.glue(rim_[i].outer, outer);
+                continue;
+            }
+            std::size_t m = apex(i, j);
+            Index t = add_triangle(rim_[j].a, rim_[i].a, rim_[m].a);
+            mesh_.glue(3 * t, outer);
+            todo[left++] = {i, m, 3 * t + 1};
+            todo[left++] = {m, j, 3 * t + 2};
         }
-        return true;
+    }
+
+    // The vertex whose circle through j and i holds no other vertex of the polygon.
+    std::size_t apex(std::size_t i, std::size_t j) const {
+        if (j == i + 2) return i + 1;
+        Point a = site(j), b = site(i);
+        std::size_t best = i;
+        for (std::size_t n = i + 1; n < j; ++n) {
+            Point p = site(n);
+            if (orient(a, b, p) <= 0) continue;
+            if (best == i || in_circle_perturbed(a, b, site(best), p) > 0) best = n;
+        }
+        return best;
+    }
+
+    // The ghost is the first on the rim.
+    void fill_beyond_hull() {
+        std::array<std::size_t, kSmallHole> hull;
+        std::size_t size = 0;
+        for (std::size_t n = 1; n < rim_.size(); ++n) {
+            while (size > 1 && orient(site(hull[size - 2]), site(hull[size - 1]), site(n)) > 0) {
+                --size;
+            }
+            hull[size++] = n;
+        }
+        Index before = rim_[0].outer;
+        for (std::size_t n = 1; n < size; ++n) {
+            Index t = add_triangle(rim_[hull[n - 1]].a, rim_[hull[n]].a, kGhost);
+            mesh_.glue(before, 3 * t + 2);
+            before = 3 * t + 1;
+            fill_polygon({hull[n - 1], hull[n], 3 * t});
+        }
+        mesh_.glue(before, rim_.back().outer);
     }
 
     Mesh& mesh_;
     const Sites& sites_;
     std::vector<RimEdge>& rim_;
+    const Index* next_ = nullptr;
 };
 
 // Fills a hole from a triangulation of its link, which it makes first: that may fail, filling may

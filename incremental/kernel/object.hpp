@@ -3,10 +3,10 @@
 // Theory. Points that arrive only wait; points that leave do so at once, from among those that wait
 // or from the triangulation. Before a query the rest is settled: those that wait are placed in the
 // triangulation in biased randomised order, and the constriction is repaired around all changes
-// since the last query if they are few, or made from scratch if they are many. Both give the same
-// result, so which one is taken is a matter of cost alone, and so is how long points have waited.
-// The same holds for the ring as a sequence (ring.hpp), which is brought up to date when a query
-// needs it, and takes no memory before.
+// since the last query if they are few, or made from scratch if they are many, and so is the
+// widening. Both give the same result, so which one is taken is a matter of cost alone, and so is
+// how long points have waited. The same holds for the ring as a sequence (ring.hpp), which is
+// brought up to date when a query needs it, and takes no memory before.
 //
 // Interrupts and ends of memory: settling may stop between two points. Those placed stay placed,
 // the others wait on, the constriction is made from scratch next time; nothing is lost.
@@ -22,20 +22,23 @@
 #include "points.hpp"
 #include "queries.hpp"
 #include "splices.hpp"
+#include "widening.hpp"
 
 namespace flintknap {
 
 class Object {
    public:
     // An empty object whose ids and revisions go on from those given.
-    explicit Object(std::int64_t next_id = 0, std::int64_t revision = 0)
-        : points_(triangulation_, next_id, revision) {}
+    explicit Object(Limit limit = {}, std::int64_t next_id = 0, std::int64_t revision = 0)
+        : points_(triangulation_, next_id, revision),
+          widening_(triangulation_, constriction_, constriction_.links(), limit) {}
     Object(const Object&) = delete;
     Object& operator=(const Object&) = delete;
 
     const Points& points() const { return points_; }
     const Triangulation& triangulation() const { return triangulation_; }
     const Constriction& constriction() const { return constriction_; }
+    const Widening& widening() const { return widening_; }
 
     std::int64_t insert(Point p) {
         points_.make_room(1);
@@ -107,8 +110,14 @@ class Object {
         state_ = State::stale;
         if (before == State::changed) {
             constriction_.repair();
-        } else if (before == State::stale && !triangulation_.is_flat()) {
-            constriction_.build();
+            widening_.repair(poll);
+            constriction_.forget_changes();
+        } else if (before == State::stale) {
+            widening_.clear();
+            if (!triangulation_.is_flat()) {
+                constriction_.build();
+                widening_.build(poll);
+            }
         }
         state_ = State::fresh;
         changes_ = 0;
@@ -116,10 +125,13 @@ class Object {
 
     // The boundary, of what is settled. Whoever asks for the ring reads it here.
     Index ring_size() const {
-        return triangulation_.is_flat() ? 0 : triangulation_.size() - constriction_.left_inside();
+        if (triangulation_.is_flat()) return 0;
+        return triangulation_.size() - constriction_.left_inside() + widening_.captured();
     }
-    bool on_ring(Index v) const { return constriction_.on_ring(v); }
-    Index following(Index v) const { return constriction_.following(v); }
+    bool on_ring(Index v) const { return widening_.on_ring(v); }
+    Index following(Index v) const { return widening_.following(v); }
+    // The vertices that are not on it, in no order. O(clusters).
+    std::vector<Index> inside() const { return widening_.inside(); }
     Index smallest() const { return triangulation_.smallest(); }
     Index slots() const { return triangulation_.slots(); }
     Point site(Index v) const { return triangulation_.site(v); }
@@ -138,11 +150,12 @@ class Object {
         points_.transfer(archive);
         triangulation_.transfer(archive);
         constriction_.transfer(archive);
+        widening_.transfer(archive);
     }
 
     std::size_t bytes() const {
-        return points_.bytes() + triangulation_.bytes() + constriction_.bytes() + ring_.bytes() +
-               splices_.bytes();
+        return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
+               widening_.bytes() + ring_.bytes() + splices_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -150,14 +163,16 @@ class Object {
         for (std::string broken : {points_.check(), triangulation_.check()}) {
             if (!broken.empty()) return broken;
         }
-        std::string broken = triangulation_.is_flat() ? "" : constriction_.check();
-        bool has_ring = constriction_.links().none();
-        return broken.empty() && has_ring ? ring_.check(*this) : broken;
+        if (triangulation_.is_flat()) return {};  // and the ring sequence is not asked
+        std::string broken = constriction_.check();
+        if (broken.empty()) broken = widening_.check();
+        bool is_current = constriction_.links().none();
+        return broken.empty() && is_current ? ring_.check(*this) : broken;
     }
 
    private:
     // Tells byte order, and layouts by a number that changes with them.
-    static constexpr std::uint64_t kStamp = 0x666c696e74000001ULL;
+    static constexpr std::uint64_t kStamp = 0x666c696e74000002ULL;
 
     // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
     enum class State { fresh, changed, stale };
@@ -218,6 +233,7 @@ class Object {
     Triangulation triangulation_;
     Points points_;
     Constriction constriction_{triangulation_};
+    Widening widening_;
     Ring ring_;
     Splices splices_;
     State state_ = State::fresh;

@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "order.hpp"
 #include "ring.hpp"
 
 namespace flintknap {
@@ -45,56 +46,76 @@ inline unsigned crossed_at_right(const Ring::Node& n, Point q) {
     return (n.box.x_low > q.x) & ((n.first_y > q.y) != (n.last_y > q.y));
 }
 
-// Of the edges of a leaf.
+// Of the edges of a leaf. Where each vertex lies is gathered as bits, without a branch.
 inline unsigned crossed_in_leaf(const Ring::Leaf& leaf, Index count, Point q) {
-    std::int64_t odd = 0, near = 0;
-    for (Index i = 0; i < count; ++i) {
-        double ax = leaf.x[i], ay = leaf.y[i], bx = leaf.x[i + 1], by = leaf.y[i + 1];
-        std::int64_t a_left = ax <= q.x, b_left = bx <= q.x, a_right = ax >= q.x,
-                     b_right = bx >= q.x;
-        std::int64_t a_up = ay > q.y, b_up = by > q.y, a_down = ay < q.y, b_down = by < q.y;
-        odd ^= (a_up ^ b_up) & ~(a_left | b_left);
-        near |= (a_left | b_left) & (a_right | b_right) & ~(a_up & b_up) & ~(a_down & b_down);
+    std::int64_t above = 0, right = 0, level = 0;
+    for (Index i = 0; i < Ring::kRoom; ++i) {  // those behind the last count for nothing
+        std::int64_t bit = std::int64_t{1} << i;
+        above |= leaf.y[i] > q.y ? bit : 0;
+        right |= leaf.x[i] > q.x ? bit : 0;
+        level |= leaf.y[i] == q.y || leaf.x[i] == q.x ? bit : 0;
     }
-    unsigned crossed = odd & kOdd;
-    if ((near & 1) == 0) return crossed;
-    for (Index i = 0; i < count; ++i) {
+    std::int64_t edges = (std::int64_t{1} << count) - 1;
+    std::int64_t crossing = (above ^ (above >> 1)) & edges;
+    // An edge that is not level with q anywhere holds q in its box iff it passes above or below q
+    // from one side to the other.
+    std::int64_t near = level != 0 ? edges : crossing & (right ^ (right >> 1));
+    crossing &= ~near & right;
+    unsigned crossed =
+        __builtin_parityll(static_cast<unsigned long long>(crossing)) != 0 ? kOdd : 0;
+    for (; near != 0; near &= near - 1) {
+        int i = __builtin_ctzll(static_cast<unsigned long long>(near));
         Point a = {leaf.x[i], leaf.y[i]}, b = {leaf.x[i + 1], leaf.y[i + 1]};
         Box box = {a.x, a.y, a.x, a.y};
         box.extend(b.x, b.y);
-        if (!box.holds(q)) continue;
-        crossed ^= crossed_by_edge(a, b, q);
-        if ((crossed & kOn) != 0) return crossed;
+        if (box.holds(q)) {
+            crossed ^= crossed_by_edge(a, b, q);
+            if ((crossed & kOn) != 0) return kOn;
+        } else if (box.x_low > q.x) {
+            crossed ^= (a.y > q.y) != (b.y > q.y) ? kOdd : 0;
+        }
+    }
+    return crossed;
+}
+
+// Of the run of a node. Nodes are taken first come, first served: which comes next does not depend
+// on what the one before tells, so the processor fetches several at a time.
+inline unsigned crossed_below(const Ring& ring, Index top, Point q) {
+    constexpr int room = 128;  // enough nearly always
+    if (!ring.node(top).box.holds(q)) return crossed_at_right(ring.node(top), q);
+    Index entered[room];
+    int count = 0;
+    unsigned crossed = 0;
+    entered[count++] = top;
+    for (int i = 0; i < count; ++i) {
+        const Ring::Node& n = ring.node(entered[i]);
+        if (n.right == kNone) {
+            crossed ^= crossed_in_leaf(ring.leaf_at(n), n.count, q);
+        } else if (count + 2 > room) {
+            crossed ^= crossed_below(ring, n.left, q);
+            if ((crossed & kOn) == 0) crossed ^= crossed_below(ring, n.right, q);
+        } else {
+            for (Index child : {n.left, n.right}) {
+                const Ring::Node& c = ring.node(child);
+                crossed ^= crossed_at_right(c, q);
+                entered[count] = child;
+                count += c.box.holds(q);
+            }
+        }
+        if ((crossed & kOn) != 0) return kOn;
     }
     return crossed;
 }
 
 // +1 inside, 0 on the boundary, -1 outside.
 inline int side(const Ring& ring, Point q) {
-    if (ring.empty() || !ring.node(ring.root()).box.holds(q)) return -1;
-    Index entered[Ring::kDeepest];
-    int depth = 0;
-    unsigned crossed = 0;
-    entered[depth++] = ring.root();
-    while (depth > 0) {
-        const Ring::Node& n = ring.node(entered[--depth]);
-        if (n.right == kNone) {
-            crossed ^= crossed_in_leaf(ring.leaf_at(n), n.count, q);
-            if ((crossed & kOn) != 0) return 0;
-            continue;
-        }
-        for (Index child : {n.left, n.right}) {
-            const Ring::Node& c = ring.node(child);
-            crossed ^= crossed_at_right(c, q);
-            entered[depth] = child;
-            depth += c.box.holds(q);
-        }
-    }
-    return side_of(crossed);
+    return ring.empty() ? -1 : side_of(crossed_below(ring, ring.root(), q));
 }
 
-// The same of many places at once: those that enter a node do so together, so that branches are
-// foreseeable and nodes are fetched once.
+// The same of many places at once. They are taken in batches of neighbours: in the order of the
+// cells of a grid over the ring, rows running to and fro. The places of a batch that enter a node
+// do so together, so nodes are fetched once and branches are foreseeable; near the root all enter
+// or none does, as the box of the batch tells at once.
 class Sides {
    public:
     explicit Sides(const Ring& ring) : ring_(ring) {}
@@ -102,31 +123,77 @@ class Sides {
     // place(i) is the place of i, 0 <= i < n; answer(i, side) takes the answer.
     template <class Place, class Answer>
     void ask(std::size_t n, Place place, Answer answer) {
+        if (ring_.empty()) {
+            for (std::size_t i = 0; i < n; ++i) answer(i, -1);
+            return;
+        }
+        std::vector<Ranked> items = grouped(n, place);
         for (std::size_t start = 0; start < n; start += kBatch) {
             std::size_t count = std::min(kBatch, n - start);
+            const Ranked* batch = &items[start];
             for (std::size_t i = 0; i < count; ++i) {
-                places_[i] = place(start + i);
+                Point p = place(at(batch[i].item));
+                if (i == 0) box_ = {p.x, p.y, p.x, p.y};
+                box_.extend(p.x, p.y);
+                places_[i] = p;
                 crossed_[i] = 0;
                 order_[i] = static_cast<std::uint16_t>(i);
             }
-            if (!ring_.empty()) enter(ring_.root(), 0, count);
-            for (std::size_t i = 0; i < count; ++i) answer(start + i, side_of(crossed_[i]));
+            enter(ring_.root(), 0, count);
+            for (std::size_t i = 0; i < count; ++i) {
+                answer(at(batch[i].item), side_of(crossed_[i]));
+            }
         }
     }
 
    private:
-    static constexpr std::size_t kBatch = 2048;
+    static constexpr std::size_t kBatch = 1024;
+
+    // 0 .. n - 1 by cells, of which there are about as many as batches.
+    template <class Place>
+    std::vector<Ranked> grouped(std::size_t n, Place place) const {
+        double rows = std::min(std::ceil(std::sqrt(static_cast<double>(n / kBatch + 1))), 45.0);
+        const Box& box = ring_.node(ring_.root()).box;
+        double scale = rows / std::max(box.x_high - box.x_low, box.y_high - box.y_low);
+        auto cell = [&](double offset) {
+            return static_cast<std::uint64_t>(std::max(0.0, std::min(offset * scale, rows - 1)));
+        };
+        std::uint64_t last = static_cast<std::uint64_t>(rows) - 1;
+        std::vector<Ranked> items(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            Point p = place(i);
+            std::uint64_t column = cell(p.x - box.x_low), row = cell(p.y - box.y_low);
+            items[i] = {row * (last + 1) + (row % 2 == 0 ? column : last - column),
+                        static_cast<Index>(i)};
+        }
+        if (n > kBatch) radix_sort(items);
+        return items;
+    }
+
+    // Whether no place of the batch enters a node or crosses its run an odd number of times.
+    bool is_beside(const Ring::Node& n) const {
+        if (n.box.x_high < box_.x_low || n.box.y_low > box_.y_high || n.box.y_high < box_.y_low)
+            return true;
+        return n.box.x_low > box_.x_high && ((n.first_y > box_.y_high && n.last_y > box_.y_high) ||
+                                             (n.first_y <= box_.y_low && n.last_y <= box_.y_low));
+    }
 
     // Of places order_[low .. high) those that node n's box holds come first, and enter.
     void enter(Index n, std::size_t low, std::size_t high) {
         const Ring::Node& node = ring_.node(n);
         std::size_t end = low;
-        for (std::size_t i = low; i < high; ++i) {
-            std::uint16_t p = order_[i];
-            crossed_[p] ^= static_cast<std::uint8_t>(crossed_at_right(node, places_[p]));
-            order_[i] = order_[end];
-            order_[end] = p;
-            end += node.box.holds(places_[p]);
+        if (is_beside(node)) return;
+        if (node.box.holds({box_.x_low, box_.y_low}) &&
+            node.box.holds({box_.x_high, box_.y_high})) {
+            end = high;
+        } else {
+            for (std::size_t i = low; i < high; ++i) {
+                std::uint16_t p = order_[i];
+                crossed_[p] ^= static_cast<std::uint8_t>(crossed_at_right(node, places_[p]));
+                order_[i] = order_[end];
+                order_[end] = p;
+                end += node.box.holds(places_[p]);
+            }
         }
         if (end == low) return;
         if (node.right != kNone) {
@@ -143,6 +210,7 @@ class Sides {
     }
 
     const Ring& ring_;
+    Box box_;  // of the batch
     Point places_[kBatch];
     std::uint8_t crossed_[kBatch];
     std::uint16_t order_[kBatch];

@@ -38,6 +38,27 @@
 
 namespace flintknap {
 
+// For three sites on a line: is p strictly between a and b?
+inline bool between(Point a, Point p, Point b) { return a < b ? a < p && p < b : b < p && p < a; }
+
+// Whether p is in conflict with the triangle a, b, c: inside its circle, ties broken by
+// coordinates; for a ghost, strictly beyond its hull edge or on the open segment.
+inline bool conflicts(const Sites& sites, Index a, Index b, Index c, Point p) {
+    if (a != kGhost && b != kGhost && c != kGhost) {
+        return in_circle_perturbed(sites[at(a)], sites[at(b)], sites[at(c)], p) > 0;
+    }
+    // turn the ghost vertex to c: the hull edge runs from b to a
+    if (a == kGhost) {
+        a = b;
+        b = c;
+    } else if (b == kGhost) {
+        b = a;
+        a = c;
+    }
+    int s = orient(sites[at(a)], sites[at(b)], p);
+    return s > 0 || (s == 0 && between(sites[at(a)], p, sites[at(b)]));
+}
+
 // Somebody whom changes do not concern.
 struct Nobody {
     void destroying(const std::vector<Index>&) {}
@@ -124,6 +145,13 @@ class Triangulation {
             h = mesh_.twin(Mesh::prev(mesh_.twin(Mesh::prev(mesh_.twin(h)))));
         } while (h != edges[0]);
         return edges;
+    }
+
+    // While all sites lie on one line: they, in the order of their coordinates. O(n log n).
+    std::vector<Index> along_line() const {
+        std::vector<Index> line = line_;
+        std::sort(line.begin(), line.end(), [&](Index a, Index b) { return site(a) < site(b); });
+        return line;
     }
 
     // The half-edge from a to b, or kNone. O(degree of a).

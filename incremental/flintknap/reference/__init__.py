@@ -2,7 +2,8 @@
 
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
-to be read in this order: exact, triangulation, constriction, queries, collision, gamma.
+to be read in this order: exact, triangulation, constriction, widening, queries, collision, gamma,
+smooth.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -13,19 +14,26 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 """
 
 from flintknap.reference import collision
-from flintknap.reference.constriction import Constriction, constrict, digest
-from flintknap.reference.gamma import edges, gamma
+from flintknap.reference.constriction import Constriction, constrict
+from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
+from flintknap.reference.smooth import cubic, quadratic
 from flintknap.reference.triangulation import hull, triangulate
+from flintknap.reference.widening import Widening, digest, widen
 
 __all__ = [
+    "GRAPHS",
     "Constriction",
+    "Widening",
     "collision",
     "constrict",
+    "cubic",
     "digest",
     "edges",
     "gamma",
     "hull",
+    "quadratic",
     "side",
     "triangulate",
+    "widen",
 ]

@@ -9,7 +9,6 @@ Cost, for n points that are triangulated: O(n log n).
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,14 +70,3 @@ def constrict(xy: ArrayLike, triangles: ArrayLike | None = None) -> Constriction
     inside = sorted(set(range(len(sites))) - set(ring), key=sites.__getitem__) if ring else []
     status = "degenerate" if not ring else "locked" if inside else "closed"
     return Constriction(np.array(ring, np.int64), np.array(inside, np.int64), status, captures)
-
-
-def digest(xy: ArrayLike) -> str:
-    """Hexadecimal BLAKE2b-128 of status, ring and set: equal sets, equal digests. O(n^2)."""
-    points = np.asarray(xy, np.float64).reshape(-1, 2) + 0.0  # -0.0 + 0.0 is 0.0
-    found = constrict(points)
-    order = np.lexsort((points[:, 1], points[:, 0]))
-    state = hashlib.blake2b(b"flintknap 1\0" + found.status.encode() + b"\0", digest_size=16)
-    state.update(points[found.ring].astype("<f8").tobytes())
-    state.update(points[order].astype("<f8").tobytes())
-    return state.hexdigest()

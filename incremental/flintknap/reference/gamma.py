@@ -1,75 +1,89 @@
-"""The gamma-graph on Delaunay edges (section 2.1).
+"""The gamma-neighbourhood graph for all its parameters, from the definition (section 2.1).
 
-Cost: that of the triangulation, O(n^2).
+On either side of the line through a and b let phi be the largest angle under which a site sees
+them. The side's value is 1 - sin phi, or sin phi - 1 if phi is obtuse, or 1 if no site is there;
+the values of both sides, the smaller magnitude first, are (gamma0, gamma1). Angles are compared
+exactly, by their cotangents dot / cross; of two that differ in sign alone the negative one goes
+first, since a disc that no site is in makes ab a Delaunay edge, and that is gamma1 >= 0.
+
+A site between a and b leaves the pair without values, (nan, nan): it is an edge of no graph.
+
+Cost: O(n) a pair, O(n^3) a graph.
 """
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from itertools import pairwise
+from functools import cmp_to_key
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flintknap.reference.exact import Ids, Site, cotangent, dot, integers
-from flintknap.reference.triangulation import triangulate
+from flintknap.reference.exact import Ids, Site, dot, integers, orient
+
+Interval = tuple[float, float]
+
+GRAPHS: dict[str, tuple[Interval, Interval]] = {
+    "hull": ((-1, 1), (1, 1)),
+    "gabriel": ((0, 1), (0, 1)),
+    "delaunay": ((-1, 1), (0, 1)),
+    "void": ((1, 1), (1, 1)),
+    "complete": ((-1, 1), (-1, 1)),
+}
+
+# A cotangent as dot and cross, of which it is the quotient; (1, 0) where no angle is.
+Cotangent = tuple[int, int]
 
 
-def edges(xy: ArrayLike, name: str) -> Ids:
-    """Edges of a graph of the gamma-family: int64 (m, 2), a < b in each row, rows sorted.
+def _difference(p: Cotangent, q: Cotangent) -> int:
+    return p[0] * q[1] - q[0] * p[1]
 
-    `name`: "delaunay"; "gabriel", where no angle facing the edge is obtuse; "hull", where one side
-    is free of points. Points on a line are joined to their neighbours in all three. O(n^2).
-    Section 2.1.
 
-    Raises KeyError for any other name.
+_order = cmp_to_key(_difference)
+
+
+def edges(xy: ArrayLike, gamma0: Interval, gamma1: Interval) -> Ids:
+    """Pairs whose values lie in two closed intervals: int64 (m, 2), a < b, rows sorted. O(n^3).
+
+    `GRAPHS` has the intervals of the graphs that have names. Section 2.1.
     """
     sites = integers(xy)
-    facing = _facing(sites, triangulate(xy))
-    graphs = {
-        "delaunay": [edge for edge, _ in facing],
-        "gabriel": [
-            (a, b)
-            for (a, b), corners in facing
-            if all(dot(sites[a], sites[b], sites[c]) >= 0 for c in corners)
-        ],
-        "hull": [edge for edge, corners in facing if len(corners) < 2],
-    }
-    return np.array(graphs[name], np.int64).reshape(-1, 2)
+    found = []
+    for b in range(len(sites)):
+        for a in range(b):
+            first, second = _gamma(sites, a, b)
+            if gamma0[0] <= first <= gamma0[1] and gamma1[0] <= second <= gamma1[1]:
+                found.append((a, b))
+    return np.array(sorted(found), np.int64).reshape(-1, 2)
 
 
 def gamma(xy: ArrayLike, a: int, b: int) -> tuple[float, float]:
-    """(gamma0, gamma1) of the Delaunay edge ab, the smaller magnitude first. O(n^2). Section 2.1.
+    """(gamma0, gamma1) of two of the points; not numbers if one lies between them. O(n)."""
+    return _gamma(integers(xy), a, b)
 
-    Raises KeyError if ab is no edge of the canonical triangulation.
+
+def _gamma(sites: list[Site], a: int, b: int) -> tuple[float, float]:
+    seen = {True: [(1, 0)], False: [(1, 0)]}
+    for k in set(range(len(sites))) - {a, b}:
+        along, across = dot(sites[a], sites[b], sites[k]), orient(sites[a], sites[b], sites[k])
+        if across != 0:
+            seen[across > 0].append((along, abs(across)))
+        elif along < 0:
+            return math.nan, math.nan
+    largest = [min(side, key=_order) for side in seen.values()]
+    first, second = sorted(largest, key=lambda c: (_order((abs(c[0]), c[1])), c[0]))
+    return _value(*first), _value(*second)
+
+
+def _value(along: int, across: int) -> float:
+    """1 - sin phi or sin phi - 1, from the cotangent along / across, correctly rounded.
+
+    With w the tangent of 45 degrees plus half of phi, 1 - sin phi is 2 / (1 + w^2): nothing
+    cancels, and every step is monotone. Only where phi itself is, the value is 0, 1 or -1.
     """
-    sites = integers(xy)
-    facing = dict(_facing(sites, triangulate(xy)))
-    found = [_indicator(sites[a], sites[b], sites[c]) for c in facing[min(a, b), max(a, b)]]
-    # Facing angles add up to 180 degrees at most: only the smaller magnitude can carry a minus
-    # sign, so values sort as magnitudes do.
-    gamma0, gamma1 = sorted([*found, 1.0, 1.0][:2])
-    return gamma0, gamma1
-
-
-def _indicator(i: Site, j: Site, k: Site) -> float:
-    """Definition 1: 1 - sin, or sin - 1 if obtuse, of the angle at k, freed of cancellation."""
-    cot = cotangent(i, j, k)
-    cosecant = math.hypot(1.0, cot)
-    return (cot / cosecant) * (abs(cot) / (1.0 + cosecant))
-
-
-def _facing(sites: list[Site], triangles: Ids) -> list[tuple[tuple[int, int], list[int]]]:
-    """Delaunay edges (a, b), a < b, sorted, each with the one or two points that face it.
-
-    Neighbours on a line are edges that no point faces.
-    """
-    if len(triangles) == 0:
-        order = sorted(range(len(sites)), key=sites.__getitem__)
-        return sorted(((min(p), max(p)), []) for p in pairwise(order))
-    facing = defaultdict(list)
-    for i, j, k in triangles.tolist():
-        for p, q, corner in ((i, j, k), (j, k, i), (k, i, j)):
-            facing[min(p, q), max(p, q)].append(corner)
-    return sorted(facing.items())
+    if across == 0 or along == 0:
+        return float(across == 0)
+    tangent = 1.0 / abs(along / across)
+    w = tangent + math.sqrt(1.0 + tangent * tangent)
+    value = min(max(2.0 / (1.0 + w * w), math.ulp(0.0)), 1.0 - 2.0**-53)
+    return math.copysign(value, along)

@@ -25,16 +25,25 @@ auto ring(Kernel& k) {
 // The ids of the vertices that are not on the ring, in no order.
 auto left_inside(Kernel& k) {
     auto turn = k.settled();
-    const Triangulation& t = k.object().triangulation();
     std::vector<std::int64_t> ids;
-    for (Index v = 0; !t.is_flat() && v < t.slots(); ++v) {
-        if (t.is_site(v) && !k.object().on_ring(v))
-            ids.push_back(k.object().points().id_in_slot(v));
-    }
+    for (Index v : k.object().inside()) ids.push_back(k.object().points().id_in_slot(v));
     return to_numpy(std::move(ids));
 }
 
+// How far the gamma-graph was widened, as the cotangent of the angle that d stands for.
+double widened(Kernel& k) {
+    auto turn = k.settled();
+    return k.object().widening().reached();
+}
+
+double d_min(Kernel& k) {
+    auto turn = k.take_turn();
+    return k.object().widening().limit().d;
+}
+
+// 2 if the place is not admissible.
 int side_one(Kernel& k, double x, double y) {
+    if (!is_admissible({x, y})) return 2;
     auto turn = k.with_ring();
     return side(k.object().ring(), {x, y});
 }
@@ -58,6 +67,8 @@ void bind_boundary(KernelClass& kernel) {
     using namespace nb::literals;
     kernel.def("ring", ring)
         .def("left_inside", left_inside)
+        .def("widened", widened)
+        .def("d_min", d_min)
         .def("side", side_one, "x"_a, "y"_a)
         .def("side_many", side_many, "x"_a, "y"_a);
 }

@@ -1,8 +1,5 @@
 // The triangulation and the graphs on it.
-#include "../gamma.hpp"
-
-#include <limits>
-
+#include "../spectrum.hpp"
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -26,46 +23,52 @@ auto triangles(Kernel& k) {
     return to_numpy(std::move(ids), 3);
 }
 
-// Two ids an edge, in no order.
-auto edges(Kernel& k, Graph graph) {
+// The pairs whose values lie in two intervals: two ids a row, the smaller one first, rows
+// ascending.
+auto edges(Kernel& k, double low0, double high0, double low1, double high1) {
     auto turn = k.placed();
-    const Mesh& m = k.object().triangulation().mesh();
-    std::vector<std::int64_t> ids;
-    for (Index h : edges_of(k.object().triangulation(), graph)) {
-        ids.push_back(k.object().points().id_in_slot(m.origin(h)));
-        ids.push_back(k.object().points().id_in_slot(m.target(h)));
-    }
-    return to_numpy(std::move(ids), 2);
+    const Points& points = k.object().points();
+    std::vector<std::int64_t> rows;
+    k.at_length([&](auto poll) {
+        const Triangulation& t = k.object().triangulation();
+        Spectrum spectrum(t, Interval::of_values(low0, high0), Interval::of_values(low1, high1));
+        std::vector<Slots> pairs = spectrum.pairs(poll);
+        std::vector<std::int64_t> ids = points.ids();
+        std::vector<Index> rank(at(t.slots()));
+        for (std::size_t n = 0; n < ids.size(); ++n) {
+            rank[at(points.slot(points.find(ids[n])))] = static_cast<Index>(n);
+        }
+        rows = canonical(std::move(pairs), rank, ids);
+    });
+    return to_numpy(std::move(rows), 2);
 }
 
-// (gamma0, gamma1) a row; not a number where the pair is no edge.
+// (gamma0, gamma1) a row, of two different points; not numbers where a point lies between them.
 auto gamma(Kernel& k, IdArray a, IdArray b) {
     auto turn = k.placed();
-    const Triangulation& t = k.object().triangulation();
     const Points& points = k.object().points();
-    std::vector<double> out;
-    out.reserve(2 * a.shape(0));
-    for (std::size_t i = 0; i < a.shape(0); ++i) {
-        Index h = t.edge_between(points.slot(points.find(a(i))), points.slot(points.find(b(i))));
-        constexpr double none = std::numeric_limits<double>::quiet_NaN();
-        Gamma g = h == kNone ? Gamma{none, none} : gamma_of_edge(t, h);
-        out.push_back(g.gamma0);
-        out.push_back(g.gamma1);
-    }
-    return to_numpy(std::move(out), 2);
+    std::vector<double> values;
+    values.reserve(2 * a.shape(0));
+    k.at_length([&](auto poll) {
+        const Triangulation& t = k.object().triangulation();
+        FacingPairs facing(t);
+        for (std::size_t i = 0; i < a.shape(0); ++i) {
+            if (i % 4096 == 4095) poll();
+            Facing f = facing(points.slot(points.find(a(i))), points.slot(points.find(b(i))));
+            values.push_back(gamma_of_cotangent(f.first));
+            values.push_back(gamma_of_cotangent(f.second));
+        }
+    });
+    return to_numpy(std::move(values), 2);
 }
 
 }  // namespace
 
-void bind_gamma(KernelClass& kernel, nb::module_& module) {
+void bind_gamma(KernelClass& kernel) {
     using namespace nb::literals;
-    nb::enum_<Graph>(module, "Graph")
-        .value("delaunay", Graph::delaunay)
-        .value("gabriel", Graph::gabriel)
-        .value("hull", Graph::hull);
     kernel.def("is_flat", is_flat)
         .def("triangles", triangles)
-        .def("edges", edges, "graph"_a)
+        .def("edges", edges, "low0"_a, "high0"_a, "low1"_a, "high1"_a)
         .def("gamma", gamma, "a"_a, "b"_a);
 }
 

@@ -20,6 +20,8 @@ class Kernel {
     // To be held while the object is used.
     using Turn = std::unique_lock<std::mutex>;
 
+    explicit Kernel(Limit limit) : object_(std::make_unique<Object>(limit)) {}
+
     const Object& object() const { return *object_; }
     Object& object() { return *object_; }
     void replace(std::unique_ptr<Object> object) { object_ = std::move(object); }
@@ -60,6 +62,17 @@ class Kernel {
         return turn;
     }
 
+    // Does work that may take long, in this object's turn: others may run, and signals end it.
+    template <class Work>
+    void at_length(Work work) {
+        try {
+            nb::gil_scoped_release others_may_run;
+            work(poll_signals);
+        } catch (const Interrupted&) {
+            throw nb::python_error();
+        }
+    }
+
    private:
     struct Interrupted {};
 
@@ -72,15 +85,10 @@ class Kernel {
     template <class Work>
     void bring_up(Work work) {
         if (!object_->is_long_to_settle()) return work([] {});
-        try {
-            nb::gil_scoped_release others_may_run;
-            work(poll_signals);
-        } catch (const Interrupted&) {
-            throw nb::python_error();
-        }
+        at_length(work);
     }
 
-    std::unique_ptr<Object> object_ = std::make_unique<Object>();
+    std::unique_ptr<Object> object_;
     std::mutex mutex_;
 };
 
@@ -98,10 +106,11 @@ auto with_both_rings(Kernel& a, Kernel& b, Ask ask) {
 // One a stage, each in a file of its own: adds what Python may ask of it.
 using KernelClass = nb::class_<Kernel>;
 void bind_points(KernelClass& kernel);
-void bind_gamma(KernelClass& kernel, nb::module_& module);
+void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
 void bind_collision(KernelClass& kernel);
 void bind_scene(nb::module_& module);
+void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);
 
 }  // namespace flintknap

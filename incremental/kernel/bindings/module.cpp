@@ -42,11 +42,15 @@ NB_MODULE(_kernel, m) {
     m.def("first_outside", &first_outside, "x"_a, "y"_a);
     bind_predicates(m);
     KernelClass kernel(m, "Kernel");
-    kernel.def(nb::init<>());
+    kernel.def(
+        "__init__",
+        [](Kernel* k, double d_min, double cotangent) { new (k) Kernel({d_min, cotangent}); },
+        "d_min"_a, "cotangent"_a);
     bind_points(kernel);
-    bind_gamma(kernel, m);
+    bind_gamma(kernel);
     bind_boundary(kernel);
     bind_collision(kernel);
+    bind_smooth(m);
     bind_whole(kernel);
     bind_scene(m);
 }

@@ -49,7 +49,8 @@ void clear(Kernel& k) {
     auto turn = k.take_turn();
     const Points& points = k.object().points();
     if (points.size() == 0) return;
-    k.replace(std::make_unique<Object>(points.next_id(), points.revision() + 1));
+    Limit limit = k.object().widening().limit();
+    k.replace(std::make_unique<Object>(limit, points.next_id(), points.revision() + 1));
 }
 
 // The ids of the points at some places, -1 where there is none.

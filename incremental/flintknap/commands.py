@@ -1,0 +1,228 @@
+"""What the verbs of the command do; `cli.py` says what they are called and take.
+
+Data go to standard output, words to standard error. Every verb returns the exit code: 1 only where
+`check` found a law broken; what is refused is raised.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+from contextlib import ExitStack, contextmanager
+from itertools import chain, islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+from tqdm import tqdm
+
+from flintknap import convert as formats
+from flintknap import export, log
+from flintknap.errors import InvariantError
+from flintknap.log import replacing
+from flintknap.replay import replay as replayed
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Iterator, Sequence
+
+    from flintknap.events import Answer, Contact, Event, Insert
+    from flintknap.replay import Replay
+
+
+def replay(options: argparse.Namespace) -> int:
+    """Apply a log; print answers and, with --json, the summary; write pictures and polygons."""
+    with ExitStack() as files:
+        # Opened first: what cannot be written should not cost a replay.
+        outputs = [
+            (files.enter_context(replacing(path)), exported)
+            for path, exported in ((options.svg, export.svg), (options.geojson, export.geojson))
+            if path is not None
+        ]
+        started = time.perf_counter()
+        with _bar(options.log) as progress:
+            done = replayed(
+                options.log,
+                until=options.until,
+                object=options.object,
+                window=options.window,
+                answer=_print_event,
+                contact=_print_event if options.collisions else None,
+                progress=progress,
+            )
+            for engine in done.engines.values():
+                engine.boundary()
+        seconds = time.perf_counter() - started
+        for file, exported in outputs:
+            file.write(exported(done.engines).encode())
+        summary = _summary(done, options.window, seconds)
+        if options.json:
+            _print(summary)
+        else:
+            print(_table(summary), file=sys.stderr)
+    return 0
+
+
+def convert(options: argparse.Namespace) -> int:
+    """Write the points of a file as a log."""
+    counts: Counter[str] = Counter()
+
+    inserts = formats.read(options.source, options.form, name=options.object)
+    first = list(islice(inserts, 1))  # what cannot be read should not begin a log
+
+    def counted() -> Iterator[Insert]:
+        for insert in chain(first, inserts):
+            counts[insert.object] += 1
+            yield insert
+
+    log.write(options.log, counted())
+    print(f"{counts.total():,} points, {_plural(len(counts), 'object')}", file=sys.stderr)
+    return 0
+
+
+def info(options: argparse.Namespace) -> int:
+    """Print what is in a log: of each object its events, times, distinct points and box."""
+    events: dict[str, Counter[str]] = {}
+    times: dict[str, tuple[float, float]] = {}
+
+    def applied(block: Sequence[Event]) -> None:
+        for event in block:
+            first, last = times.get(event.object, (event.t, event.t))
+            times[event.object] = min(first, event.t), max(last, event.t)
+            kinds = events.setdefault(event.object, Counter())
+            kinds[type(event).__name__.lower()] += 1
+
+    with _bar(options.log) as progress:
+        done = replayed(options.log, progress=progress, applied=applied)
+    objects: list[dict[str, Any]] = []
+    for name, engine in done.engines.items():
+        xy = engine.points()
+        objects.append(
+            {
+                "object": name,
+                "events": dict(sorted(events[name].items())),
+                "t": times[name],
+                "points": len(xy),
+                "box": [*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist()] if len(xy) else None,
+            }
+        )
+    if options.json:
+        _print({"objects": objects, "events": sum(done.events.values())})
+        return 0
+    rows = [["object", "events", "from t", "to t", "points", "x", "", "y", ""]]
+    for facts in objects:
+        box = facts["box"] or [np.nan] * 4
+        numbers = [*facts["t"], *(box[i] for i in (0, 2, 1, 3))]
+        cells = ["" if np.isnan(v) else f"{v:g}" for v in numbers]
+        kinds = ", ".join(_plural(n, kind) for kind, n in facts["events"].items())
+        rows.append([_name(facts["object"]), kinds, *cells[:2], f"{facts['points']:,}", *cells[2:]])
+    print(_columns(rows))
+    return 0
+
+
+def check(options: argparse.Namespace) -> int:
+    """Replay a log and verify every law of every engine; print a line for each object."""
+    with _bar(options.log) as progress:
+        done = replayed(options.log, progress=progress)
+    broken = 0
+    for name, engine in done.engines.items():
+        verdict = "ok"
+        try:
+            engine.check()
+        except InvariantError as error:
+            verdict = f"BROKEN: {error}"
+            broken += 1
+        print(f"{_name(name)}: {len(engine):,} points, {engine.boundary().status}, {verdict}")
+    return 1 if broken else 0
+
+
+@contextmanager
+def _bar(path: str) -> Iterator[Callable[[int], Any]]:
+    """Show how far a log was read, on a terminal only."""
+    with tqdm(
+        total=None if path == "-" else Path(path).stat().st_size,
+        unit="B",
+        unit_scale=True,
+        leave=False,
+        disable=not sys.stderr.isatty(),
+    ) as bar:
+        yield lambda position: bar.update(position - bar.n)
+
+
+def _print_event(event: Answer | Contact) -> None:
+    with tqdm.external_write_mode():
+        _print(event)
+
+
+def _print(value: Answer | Contact | dict[str, Any]) -> None:
+    """Print a line of JSON, in UTF-8 whatever the locale, and at once: somebody may wait for it."""
+    sys.stdout.buffer.write(msgspec.json.encode(value) + b"\n")
+    sys.stdout.buffer.flush()
+
+
+def _summary(done: Replay, window: float | None, seconds: float) -> dict[str, Any]:
+    boundaries = {name: engine.boundary() for name, engine in done.engines.items()}
+    events = sum(done.events.values())
+    return {
+        "objects": [
+            {
+                "object": name,
+                "events": done.events[name],
+                "expired": done.windows[name].expired if name in done.windows else 0,
+                "points": len(done.engines[name]),
+                "status": boundary.status,
+                "inside": len(boundary.inside),
+                "vertices": len(boundary),
+                "length": boundary.length,
+                "area": boundary.area,
+                "digest": done.engines[name].digest(),
+            }
+            for name, boundary in boundaries.items()
+        ],
+        "window": window,
+        "events": events,
+        "seconds": seconds,
+        "events_per_second": events / seconds,
+    }
+
+
+def _table(summary: dict[str, Any]) -> str:
+    """Lay the summary out for people: a column for each property, a row for each object."""
+    rows = [["object", "events", "expired", "points", "status", "vertices", "area", "digest"]]
+    for facts in summary["objects"]:
+        status = facts["status"]
+        if status == "locked":
+            status += f", {facts['inside']:,} inside"
+        rows.append(
+            [
+                _name(facts["object"]),
+                f"{facts['events']:,}",
+                f"{facts['expired']:,}",
+                f"{facts['points']:,}",
+                status,
+                f"{facts['vertices']:,}",
+                f"{facts['area']:.6g}",
+                facts["digest"],
+            ]
+        )
+    if summary["window"] is None:
+        rows = [row[:2] + row[3:] for row in rows]
+    speed = f"{summary['events']:,} events in {summary['seconds']:.3g} s"
+    return f"{_columns(rows)}\n{speed}, {summary['events_per_second']:,.0f} a second"
+
+
+def _columns(rows: list[list[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def _name(name: str) -> str:
+    """Return the name of an object as a terminal may see it."""
+    return name if name.isprintable() else ascii(name)
+
+
+def _plural(count: int, noun: str) -> str:
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{count:,} {noun if count == 1 else plural}"

@@ -1,0 +1,160 @@
+"""Widening: where constriction of the Delaunay triangulation locks, wider gamma-graphs go on (3.1).
+
+A candidate (i, j, k) is an edge i->j of the boundary and a point k inside such that the triangle
+ijk lies in the polygon and holds no other point, neither inside nor on its sides. Its *need* is the
+largest d <= 0 for which the graph gamma([-1, 1], [d, 1]) has both ik and jk. d starts at 0 and is
+lowered only if no candidate has a need of d or more, to the largest need there is; among the
+candidates with a need of d or more, the one with the smallest gamma-indicator is taken: k comes to
+lie between i and j.
+
+Needs are written as cotangents, which are rounded correctly and order pairs as gamma1 does: 0.0
+where gamma1 >= 0, else the cotangent of the largest angle under which a point sees the pair.
+
+Cost: O(n) for each pair and for each triangle looked at, O(n m) triangles for m locked points.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flintknap.reference.constriction import constrict
+from flintknap.reference.exact import Ids, Site, cotangent, dot, integers, orient, pairs
+
+
+@dataclass(frozen=True, eq=False)
+class Widening:
+    """What widening leaves: the boundary, what it missed, how far it went, and its captures.
+
+    ring      int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty
+    inside    int64 (s,), points the boundary does not pass through, sorted by coordinates
+    status    "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle)
+    d         the graph gamma([-1, 1], [d, 1]) was enough; 0.0 without widening
+    captures  (i, j, k) in order, after those of the constriction: k came between i and j
+    """
+
+    ring: Ids
+    inside: Ids
+    status: str
+    d: float
+    captures: list[tuple[int, int, int]]
+
+
+def widen(xy: ArrayLike, d_min: float = -1.0, triangles: ArrayLike | None = None) -> Widening:
+    """Constrict (n, 2) distinct points, then widen to `d_min` at most; 0 does not widen at all.
+
+    `triangles` saves triangulating again; default `triangulate(xy)`. Section 3.1.
+    """
+    sites = integers(xy)
+    locked = constrict(xy, triangles)
+    successor = dict(pairs(locked.ring.tolist()))
+    inside = set(locked.inside.tolist())
+    pair_need = cache(lambda a, b: need(sites, a, b))
+
+    @cache
+    def gate(i: int, j: int, k: int) -> tuple[float, float] | None:
+        """Need and key of the triangle; None if it is not empty or needs more than d_min."""
+        if not _is_empty(sites, i, j, k):
+            return None
+        least = min(pair_need(*sorted((i, k))), pair_need(*sorted((j, k))))
+        return (least, cotangent(sites[i], sites[j], sites[k])) if may(least, d_min) else None
+
+    captures: list[tuple[int, int, int]] = []
+    reached = 0.0
+    while inside and d_min < 0:
+        candidates = [
+            (*gate_of, sites[k], sites[i], sites[j], (i, j, k))
+            for i, j in successor.items()
+            for k in inside
+            if (gate_of := gate(i, j, k)) and _sees(sites, successor, i, j, k)
+        ]
+        if not candidates:
+            break
+        reached = min(reached, max(least for least, *_ in candidates))
+        *_, (i, j, k) = min(rest for least, *rest in candidates if least >= reached)
+        successor[i], successor[k] = k, j
+        inside.remove(k)
+        captures.append((i, j, k))
+
+    ring: list[int] = []
+    vertex = min(successor, key=sites.__getitem__, default=-1)
+    for _ in successor:
+        ring.append(vertex)
+        vertex = successor[vertex]
+    left = sorted(inside, key=sites.__getitem__)
+    status = "degenerate" if not ring else "locked" if left else "closed"
+    d = max(d_min, gamma_of(reached))
+    return Widening(np.array(ring, np.int64), np.array(left, np.int64), status, d, captures)
+
+
+def need(sites: list[Site], a: int, b: int) -> float:
+    """0.0 if gamma1 of the pair is at least 0, else the cotangent it comes from, rounded.
+
+    Of the largest angles on either side, gamma1 is negative iff they exceed 180 degrees together;
+    then it belongs to the larger. No point may lie between a and b. O(n).
+    """
+    blunt: list[Fraction | None] = [None, None]
+    for c, site in enumerate(sites):
+        area = orient(sites[a], sites[b], site)
+        if c not in (a, b) and area != 0:
+            cot = Fraction(dot(sites[a], sites[b], site), abs(area))
+            best = blunt[area > 0]
+            blunt[area > 0] = cot if best is None else min(best, cot)
+    left, right = blunt
+    if left is None or right is None or left + right >= 0:
+        return 0.0
+    return float(min(left, right))
+
+
+def may(cot: float, d_min: float) -> bool:
+    """Whether gamma1 = 1 / sqrt(1 + cot^2) - 1 >= d_min, exactly; cot <= 0."""
+    return (1 + Fraction(d_min)) ** 2 * (1 + Fraction(cot) ** 2) <= 1
+
+
+def gamma_of(cot: float) -> float:
+    """Gamma, sin - 1, of the obtuse angle with this cotangent, freed of cancellation."""
+    cosecant = math.hypot(1.0, cot)
+    return (cot / cosecant) * (abs(cot) / (1.0 + cosecant))
+
+
+def digest(xy: ArrayLike, d_min: float = -1.0) -> str:
+    """Hexadecimal BLAKE2b-128 of status, ring and set: equal sets, equal digests. O(n^2)."""
+    points = np.asarray(xy, np.float64).reshape(-1, 2) + 0.0  # -0.0 + 0.0 is 0.0
+    found = widen(points, d_min)
+    order = np.lexsort((points[:, 1], points[:, 0]))
+    state = hashlib.blake2b(b"flintknap 1\0" + found.status.encode() + b"\0", digest_size=16)
+    state.update(points[found.ring].astype("<f8").tobytes())
+    state.update(points[order].astype("<f8").tobytes())
+    return state.hexdigest()
+
+
+def _is_empty(sites: list[Site], i: int, j: int, k: int) -> bool:
+    """Whether ijk turns left and no other point lies inside it or on its sides. O(n)."""
+    corners = a, b, c = sites[i], sites[j], sites[k]
+    return orient(a, b, c) > 0 and not any(
+        orient(a, b, p) >= 0 and orient(b, c, p) >= 0 and orient(c, a, p) >= 0
+        for p in sites
+        if p not in corners
+    )
+
+
+def _sees(sites: list[Site], successor: dict[int, int], i: int, j: int, k: int) -> bool:
+    """Whether the empty triangle ijk on the edge ij lies in the polygon: nothing cuts ik or jk.
+
+    A side of the polygon that enters the triangle has no end in it but i or j, and cannot cross
+    ij; so it leaves, or enters, through ik or jk. O(n).
+    """
+    return not any(
+        _cross(sites[v], sites[k], sites[a], sites[b]) for a, b in successor.items() for v in (i, j)
+    )
+
+
+def _cross(a: Site, b: Site, c: Site, d: Site) -> bool:
+    """Whether the open segments ab and cd cross in one point."""
+    return orient(a, b, c) * orient(a, b, d) < 0 and orient(c, d, a) * orient(c, d, b) < 0

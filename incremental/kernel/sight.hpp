@@ -1,0 +1,262 @@
+// What a vertex inside the object sees: which edges of the ring, and how wide a gamma-graph must be
+// to join it to their ends.
+//
+// Theory (section 3.3). *Windows* spread from k through the triangles of the object. A window is a
+// cone of directions between two vertices, right and left, that leaves the triangle it has come to
+// through one edge; a vertex beyond the edge that lies in the cone parts it in two. So an edge of
+// the ring that is reached with its own ends as bounds is seen whole, and the triangle over it
+// holds no other site; one that is reached otherwise is seen in part.
+//
+//                a --- e --- b          window (e; right, left): the cone of k between them.
+//                 \         /           If v, the vertex beyond e, lies in it, two go on:
+//            right \   .   / left       (a v; right, v) and (v b; v, left); if it lies to the
+//                   \     /             right or the left, one goes on, with the bounds it had.
+//                    \ k /
+//
+// *Need.* Let phi be the largest angle under which a site sees k and p. The pair is in the graph
+// gamma([-1, 1], [d, 1]), d < 0, iff it is Delaunay (or crosses none but cocircular sites) or
+// sin phi - 1 >= d. Needs are given as cotangents: 0 for the former, else cot phi < 0, which is
+// correctly rounded. The site with the largest angle on either side of kp is an end of a Delaunay
+// edge that crosses kp, so a walk along kp finds it (section 3.3).
+//
+// *Bound.* Seen from k, whatever lies beyond a segment qr between the sides of a window is seen,
+// with k, from q under a wider angle than r is, and from r under a wider one than q. So the
+// cotangents of the angles k q r and k r q bound the needs of all that lies behind a window. Only
+// sites on an empty circle with k are exempt. Windows are entered in the order of their bounds:
+// what needs least widening is found without a look at what needs more.
+//
+// Cost: O(1) a window. A need: O(1) a triangle crossed.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "constriction.hpp"
+
+namespace flintknap {
+
+class Sight {
+   public:
+    static constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
+
+    Sight(const Triangulation& triangulation, const Constriction& constriction)
+        : t_(triangulation), c_(constriction) {}
+
+    // A cone of k between `right` and `left` that leaves a triangle through `edge`; or, if there is
+    // no edge, an edge of the ring from `right` to `left` that is seen whole. Behind it nothing has
+    // a need above the bound.
+    struct Window {
+        double bound;
+        Index k, edge, right, left;
+        bool on_circle;  // whether all vertices on the way here lie on an empty circle with k
+    };
+
+    // The windows of a vertex strictly inside. `passed` learns of each triangle on the way, `seen`
+    // of each vertex, `opened` of each window.
+    template <class Passed, class Seen, class Opened>
+    void open(Index k, Passed passed, Seen seen, Opened opened) const {
+        const Mesh& m = t_.mesh();
+        Index first = m.leaving(k), spoke = first;
+        do {
+            Index edge = Mesh::next(spoke);
+            passed(Mesh::triangle(edge));
+            seen(m.origin(edge));
+            enter({0, k, edge, m.origin(edge), m.target(edge), true}, passed, opened);
+            spoke = m.turn(spoke);
+        } while (spoke != first);
+    }
+
+    // The windows behind a window.
+    template <class Passed, class Seen, class Opened>
+    void look_through(const Window& w, Passed passed, Seen seen, Opened opened) const {
+        const Mesh& m = t_.mesh();
+        Index o = m.twin(w.edge), v = m.apex(o);
+        passed(Mesh::triangle(o));
+        bool on_circle = w.on_circle && are_cocircular(w.k, m.target(o), m.origin(o), v);
+        bool right_of_left = turn(w.k, w.left, v) < 0, left_of_right = turn(w.k, w.right, v) > 0;
+        Index right = Mesh::next(o), left = Mesh::prev(o);
+        if (right_of_left && left_of_right) {
+            seen(v);
+            enter({w.bound, w.k, right, w.right, v, on_circle}, passed, opened);
+            enter({w.bound, w.k, left, v, w.left, on_circle}, passed, opened);
+        } else {
+            Index edge = left_of_right ? right : left;
+            enter({w.bound, w.k, edge, w.right, w.left, on_circle}, passed, opened);
+        }
+    }
+
+    // The need of a pair whose segment runs inside the object, and kNever if it does not, or if a
+    // site lies on it.
+    double need(Index k, Index p) const {
+        Point from = t_.site(k), to = t_.site(p);
+        double least = 0;
+        bool on_circle = true;
+        Index first = kNone;
+        bool is_clear = walk(k, p, [&](Index v, int side) {
+            Point q = t_.site(v);
+            if (first == kNone) first = v;  // the one on the right
+            on_circle = on_circle && (v == first || are_cocircular(k, first, p, v));
+            if (at_least(from, q, to) >= least) return;
+            least = std::min(least, side > 0 ? cotangent(from, to, q) : cotangent(to, from, q));
+        });
+        if (!is_clear) return kNever;
+        return on_circle ? 0 : least;
+    }
+
+    // Whether the triangle over ij, with all three sides inside the object, turns left and holds no
+    // other site. One that does hold sites has one that is a neighbour of a corner, or an end of a
+    // Delaunay edge across a side.
+    bool is_empty(Index i, Index j, Index k) const {
+        const Mesh& m = t_.mesh();
+        if (turn(i, j, k) <= 0) return false;
+        bool empty = true;
+        auto look_at = [&](Index v, int) {
+            if (v == i || v == j || v == k || v == kGhost) return;
+            empty = empty && (turn(i, j, v) < 0 || turn(j, k, v) < 0 || turn(k, i, v) < 0);
+        };
+        for (auto [a, b] : {std::pair{i, j}, std::pair{j, k}, std::pair{k, i}}) {
+            Index first = m.leaving(a), h = first;
+            do {
+                look_at(m.target(h), 0);
+                h = m.turn(h);
+            } while (h != first);
+            walk(a, b, look_at);
+        }
+        return empty;
+    }
+
+    // Calls f for the triangles that the segment ab, which runs inside the object, passes through
+    // or along.
+    template <class F>
+    void pass_along(Index a, Index b, F f) const {
+        Index edge = t_.edge_between(a, b);
+        if (edge != kNone) {
+            f(Mesh::triangle(edge));
+            f(Mesh::triangle(t_.mesh().twin(edge)));
+            return;
+        }
+        walk(a, b, [](Index, int) {}, f);
+    }
+
+    // Whether the open segments ab and cd cross in one point.
+    bool cross(Index a, Index b, Index c, Index d) const {
+        if (a == c || a == d || b == c || b == d) return false;
+        return turn(a, b, c) * turn(a, b, d) < 0 && turn(c, d, a) * turn(c, d, b) < 0;
+    }
+
+   private:
+    int turn(Index a, Index b, Index c) const { return orient(t_.site(a), t_.site(b), t_.site(c)); }
+
+    // k, a, b turn left.
+    bool are_cocircular(Index k, Index a, Index b, Index v) const {
+        return in_circle(t_.site(k), t_.site(a), t_.site(b), t_.site(v)) == 0;
+    }
+
+    // Calls f(v, side) for the ends of the Delaunay edges that cross the open segment kp, from k
+    // on, -1 to the right and 1 to the left, the right one of the first edge first; and `passed`
+    // for the triangles between. Stops and returns false where the segment leaves the object or
+    // meets a site.
+    template <class F>
+    bool walk(Index k, Index p, F f) const {
+        return walk(k, p, f, [](Index) {});
+    }
+    template <class F, class Passed>
+    bool walk(Index k, Index p, F f, Passed passed) const {
+        const Mesh& m = t_.mesh();
+        Index spoke = m.leaving(k);
+        for (;; spoke = m.turn(spoke)) {
+            Index r = m.target(spoke), l = m.apex(spoke);
+            if (r == p) return is_in_object(spoke) || is_in_object(m.twin(spoke));
+            if (r == kGhost) continue;
+            int side = turn(k, r, p);
+            if (side == 0 && dot_sign(t_.site(r), t_.site(p), t_.site(k)) > 0) return false;
+            if (side > 0 && l != kGhost && l != p && turn(k, l, p) < 0) break;
+        }
+        if (!is_in_object(spoke)) return false;
+        Index edge = Mesh::next(spoke);
+        passed(Mesh::triangle(edge));
+        f(m.origin(edge), -1);
+        f(m.target(edge), 1);
+        for (;;) {
+            Index o = m.twin(edge), v = m.apex(o);
+            if (!is_in_object(o)) return false;
+            passed(Mesh::triangle(o));
+            if (v == p) return true;
+            int side = turn(k, p, v);
+            if (side == 0) return false;
+            f(v, side);
+            edge = side > 0 ? Mesh::next(o) : Mesh::prev(o);
+        }
+    }
+
+    bool is_in_object(Index h) const { return c_.is_inside(Mesh::triangle(h)); }
+
+    // Opens the window if there is something of the object behind it, with a bound that is no more
+    // than it had; or shows the edge of the ring if that is seen whole.
+    template <class Passed, class Opened>
+    void enter(Window w, Passed passed, Opened opened) const {
+        const Mesh& m = t_.mesh();
+        Index a = m.origin(w.edge), b = m.target(w.edge), o = m.twin(w.edge);
+        if (!is_in_object(o)) {
+            w.edge = kNone;
+            if (w.right == a && w.left == b) opened(w);
+            return;
+        }
+        double bound = std::min(w.bound, bound_behind(w, a, b));
+        if (bound < 0 && w.on_circle) {
+            passed(Mesh::triangle(o));
+            if (are_cocircular(w.k, a, b, m.apex(o))) bound = 0;
+        }
+        w.bound = bound;
+        opened(w);
+    }
+
+    // Of the segments from the right bound, or the edge's right end a, to the left bound, or the
+    // edge's left end b, all lie this side of what is beyond the edge.
+    double bound_behind(const Window& w, Index a, Index b) const {
+        Point k = t_.site(w.k), right = t_.site(w.right), left = t_.site(w.left);
+        double bound = 0;
+        auto hide_behind = [&](Point r, Point l) {
+            bound = std::min({bound, at_most(k, r, l), at_most(k, l, r)});
+        };
+        hide_behind(right, left);
+        bool has_a = a != w.right, has_b = b != w.left;
+        if (has_a && has_b) hide_behind(t_.site(a), t_.site(b));
+        if (has_a) hide_behind(t_.site(a), left);
+        if (has_b) hide_behind(right, t_.site(b));
+        return bound;
+    }
+
+    // Scalar and vector product at q of the way to k and p, with more than their rounding errors.
+    struct Products {
+        double dot, cross, dot_error, cross_error;
+    };
+    static Products products(Point k, Point q, Point p) {
+        constexpr double slack = 1e-14;
+        double ax = k.x - q.x, ay = k.y - q.y, bx = p.x - q.x, by = p.y - q.y;
+        double xx = ax * bx, yy = ay * by, xy = ax * by, yx = ay * bx;
+        return {xx + yy, std::fabs(xy - yx), slack * (std::fabs(xx) + std::fabs(yy)),
+                slack * (std::fabs(xy) + std::fabs(yx))};
+    }
+
+    // A value that the cotangent of the angle k q p, or 0 if that is less, does not exceed.
+    static double at_most(Point k, Point q, Point p) {
+        Products of = products(k, q, p);
+        double dot = of.dot + of.dot_error;
+        return dot < 0 ? (1 - 1e-14) * (dot / (of.cross + of.cross_error)) : 0;
+    }
+
+    // A value that the cotangent, or 0 if that is less, is not below.
+    static double at_least(Point k, Point q, Point p) {
+        Products of = products(k, q, p);
+        double dot = of.dot - of.dot_error, cross = of.cross - of.cross_error;
+        if (dot >= 0) return 0;
+        return cross > 0 ? (1 + 1e-14) * (dot / cross) : -std::numeric_limits<double>::infinity();
+    }
+
+    const Triangulation& t_;
+    const Constriction& c_;
+};
+
+}  // namespace flintknap
