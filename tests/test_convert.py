@@ -397,12 +397,22 @@ def test_info(tmp_path):
     ]
 
 
+def test_output_is_utf_8_whatever_the_locale(tmp_path):
+    log.write(tmp_path / "it", [Insert(t=1732262400.25, object="hülle", x=1.0, y=2.0)])
+    ascii_only = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    for verb in ("info", "check"):
+        code, out, err = run(verb, tmp_path / "it", env=ascii_only)
+        assert (code, err) == (0, "")
+        assert "hülle" in out
+    assert " 1732262400 " in run("info", tmp_path / "it")[1]
+
+
 def test_check(tmp_path):
     code, out, err = run("check", LOGS / "burst.jsonl.gz")
     assert (code, err) == (0, "")
     assert out.splitlines() == [
-        "drop: 1,078 points, locked, ok",
-        "amoeba: 1,276 points, locked, ok",
+        "drop: 1,078 points, closed, ok",
+        "amoeba: 1,276 points, closed, ok",
     ]
     (tmp_path / "it").write_text("oops")
     code, out, err = run("check", tmp_path / "it")
@@ -410,7 +420,7 @@ def test_check(tmp_path):
     assert err.startswith(f"flintknap: {tmp_path}/it:1: got 'oops', expected the header")
 
 
-def test_check_tells_what_is_broken(tmp_path, capsys, monkeypatch):
+def test_check_tells_what_is_broken(tmp_path, capfd, monkeypatch):
     log.write(tmp_path / "it", MIXED)
 
     def broken(self):
@@ -419,7 +429,7 @@ def test_check_tells_what_is_broken(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr(fk.Engine, "check", broken)
     assert cli.main(["check", str(tmp_path / "it")]) == 1
-    assert capsys.readouterr().out.splitlines() == [
+    assert capfd.readouterr().out.splitlines() == [
         "a: 2 points, degenerate, BROKEN: an edge has no twin",
         "'a\\x1b': 0 points, degenerate, ok",
     ]

@@ -30,6 +30,9 @@ def cubic(
     tangents: NDArray[np.float64],
     control: NDArray[np.float64],
     kinds: NDArray[np.uint8],
+    old_tangents: NDArray[np.float64],
+    old_control: NDArray[np.float64],
+    old_kinds: NDArray[np.uint8],
 ) -> None: ...
 def quadratic(
     xy: NDArray[np.float64],

@@ -115,10 +115,10 @@ def info(options: argparse.Namespace) -> int:
     for facts in objects:
         box = facts["box"] or [np.nan] * 4
         numbers = [*facts["t"], *(box[i] for i in (0, 2, 1, 3))]
-        cells = ["" if np.isnan(v) else f"{v:g}" for v in numbers]
+        cells = ["" if np.isnan(v) else f"{v:.10g}" for v in numbers]
         kinds = ", ".join(_plural(n, kind) for kind, n in facts["events"].items())
         rows.append([_name(facts["object"]), kinds, *cells[:2], f"{facts['points']:,}", *cells[2:]])
-    print(_columns(rows))
+    _say(_columns(rows))
     return 0
 
 
@@ -134,7 +134,7 @@ def check(options: argparse.Namespace) -> int:
         except InvariantError as error:
             verdict = f"BROKEN: {error}"
             broken += 1
-        print(f"{_name(name)}: {len(engine):,} points, {engine.boundary().status}, {verdict}")
+        _say(f"{_name(name)}: {len(engine):,} points, {engine.boundary().status}, {verdict}")
     return 1 if broken else 0
 
 
@@ -157,8 +157,13 @@ def _print_event(event: Answer | Contact) -> None:
 
 
 def _print(value: Answer | Contact | dict[str, Any]) -> None:
-    """Print a line of JSON, in UTF-8 whatever the locale, and at once: somebody may wait for it."""
-    sys.stdout.buffer.write(msgspec.json.encode(value) + b"\n")
+    """Print a line of JSON, at once: somebody may wait for it."""
+    _say(msgspec.json.encode(value).decode())
+
+
+def _say(text: str) -> None:
+    """Print to standard output, in UTF-8 whatever the locale."""
+    sys.stdout.buffer.write(text.encode() + b"\n")
     sys.stdout.buffer.flush()
 
 

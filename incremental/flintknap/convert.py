@@ -10,7 +10,7 @@ two coordinates comes first. Coordinates are finite and of a magnitude that an e
 say `file:line: what was got, what was expected`; of formats without lines, the row, or the place
 within the document.
 
-Cost. CSV and tables one row, or batch of rows, at a time, about 1.5 us a row; geometries are held
+Cost. CSV and tables one row, or batch of rows, at a time, about 2 us a row; geometries are held
 whole.
 """
 

@@ -184,7 +184,10 @@ class Engine:
         asked = self.revision, weights, degree
         if self._smooth is None or self._smooth[0] != asked:
             polygon = self.boundary()
-            self._smooth = asked, smooth.curve(polygon.ids, polygon.xy, weights, degree)
+            is_alike = self._smooth is not None and self._smooth[0][1:] == asked[1:]
+            previous = self._smooth[1] if self._smooth is not None and is_alike else None
+            made = smooth.curve(polygon.ids, polygon.xy, weights, degree, previous)
+            self._smooth = asked, made
         return self._smooth[1]
 
     @overload

@@ -62,6 +62,7 @@ class Spectrum {
         Index edge;    // of the triangle to be entered
         Index parent;  // the step that led to it; kNone from the triangles about v
     };
+
     bool admits(Facing f) const { return gamma0_.holds(f.first) && gamma1_.holds(f.second); }
 
     void find(Index a, Index b) { found_.emplace_back(a, b); }
@@ -85,19 +86,16 @@ class Spectrum {
         const Judge judge(gamma0_, gamma1_);
         std::vector<float> cots(at(3 * m.triangles()), std::numeric_limits<float>::infinity());
         found_.reserve(at(3 * t_.size()));
-        constexpr Index ahead = 12;
         for (Index x = 0; x < m.triangles(); ++x) {
             if (x % (1 << 16) == 0) poll();
-            if (x + ahead < m.triangles()) prefetch(x + ahead, cots);
             if (m.is_free(x)) continue;
-            Index corner[3] = {m.origin(3 * x), m.origin(3 * x + 1), m.origin(3 * x + 2)};
-            if (corner[0] >= 0 && corner[1] >= 0 && corner[2] >= 0) {
-                estimate(corner, &cots[at(3 * x)]);
-            }
+            Index first = m.origin(3 * x);
+            Index corner[4] = {first, m.origin(3 * x + 1), m.origin(3 * x + 2), first};
+            if (!m.is_ghost(x)) estimate(corner, &cots[at(3 * x)]);
             for (Index side = 0; side < 3; ++side) {
                 Index h = 3 * x + side, o = m.twin(h);
                 if (o > h) continue;
-                Index a = corner[side], b = corner[side == 2 ? 0 : side + 1];
+                Index a = corner[side], b = corner[side + 1];
                 if (a == kGhost || b == kGhost) continue;
                 float c = cots[at(h)], d = cots[at(o)];
                 Verdict verdict = judge(c, d);
@@ -107,14 +105,6 @@ class Spectrum {
                 if (verdict == Verdict::yes) find(a, b);
                 if (chords && !Judge::is_above(c, -d) && on_circle(h)) seeds_.push_back(h);
             }
-        }
-    }
-
-    void prefetch(Index x, const std::vector<float>& cots) const {
-        const Mesh& m = t_.mesh();
-        for (Index h = 3 * x; h < 3 * x + 3; ++h) {
-            if (m.origin(h) >= 0) __builtin_prefetch(&t_.sites()[at(m.origin(h))]);
-            if (m.twin(h) >= 0) __builtin_prefetch(&cots[at(m.twin(h))]);
         }
     }
 
@@ -209,12 +199,13 @@ class Spectrum {
         const Mesh& m = t_.mesh();
         std::vector<bool> visited(at(m.triangles()));
         std::vector<Index> rim;
+        std::size_t judged = 0;
         for (Index seed : seeds_) {
             if (visited[at(Mesh::triangle(seed))]) continue;
             find_cell(Mesh::triangle(seed), visited, rim);
             for (std::size_t i = 0; i < rim.size(); ++i) {
-                poll();
                 for (std::size_t j = i + 2; j < rim.size(); ++j) {
+                    if (++judged % (1 << 16) == 0) poll();
                     Index a = rim[i], b = rim[j];
                     double cot = cotangent(t_.site(b), t_.site(a), t_.site(rim[i + 1]));
                     if (!admits({-std::fabs(cot), std::fabs(cot)})) continue;

@@ -17,6 +17,8 @@ void put(double* at, Point p) {
     at[1] = p.y;
 }
 
+bool operator!=(Point a, Point b) { return !(a == b); }
+
 class Polygon {
    public:
     explicit Polygon(const Ring& xy) : xy_(xy.data()), size_(xy.shape(0)) {}
@@ -32,23 +34,87 @@ class Polygon {
     std::size_t size_;
 };
 
-// Writes of each vertex its tangent and its Kind; of each side, from a vertex to the next, (x, y)
-// of four control points.
-void cubic(Ring xy, Weights weights, Rows<double, 2> tangents, Rows<double, 8> control,
-           Rows<std::uint8_t, 1> kinds) {
-    Polygon ring(xy);
-    std::size_t n = ring.size();
-    nb::gil_scoped_release others_may_run;
-    for (std::size_t i = 0, before = n - 1; i < n; before = i++) {
-        Tangent t = tangent(ring.corner(i), weights);
-        Point v = ring[i];
-        put(&tangents(i, 0), t.direction);
-        kinds(i, 0) = static_cast<std::uint8_t>(t.kind);
-        put(&control(before, 4), v - t.back * t.direction);
-        put(&control(before, 6), v);
-        put(&control(i, 0), v);
-        put(&control(i, 2), v + t.ahead * t.direction);
+// A curve that was made before, to be looked up where the polygon has not changed.
+struct Curve {
+    Rows<const double, 2> tangents;
+    Rows<const double, 8> control;
+    Rows<const std::uint8_t, 1> kinds;
+
+    std::size_t size() const { return tangents.shape(0); }
+    Point operator[](std::size_t j) const { return {control(j, 0), control(j, 1)}; }
+};
+
+// Vertices [at, at + count) that were [before, before + count).
+struct Run {
+    std::size_t at, before, count;
+};
+
+// What the polygon shares with the curve, in order. Looks for the end of a change within `kWindow`
+// vertices, and gives up on what lies between the last run found and the common end when it does
+// not come, or when looking has cost as much as a pass over the polygon.
+std::vector<Run> shared(const Polygon& ring, const Curve& old) {
+    constexpr std::size_t kWindow = 64;
+    std::size_t n = ring.size(), m = old.size(), i = 0, j = 0, looked = 0;
+    while (i < n && i < m && ring[n - 1 - i] == old[m - 1 - i]) ++i;
+    Run last{n - i, m - i, i};
+    n = last.at, m = last.before, i = 0;
+    std::vector<Run> runs;
+    auto meet = [&](std::size_t a, std::size_t b) {  // two in a row, or one at the end
+        if (a >= n || b >= m || ring[a] != old[b]) return false;
+        return a + 1 >= n || b + 1 >= m || ring[a + 1] == old[b + 1];
+    };
+    for (bool is_found = true; is_found;) {
+        Run run{i, j, 0};
+        for (; i < n && j < m && ring[i] == old[j]; ++i, ++j) ++run.count;
+        if (run.count > 2) runs.push_back(run);
+        is_found = false;
+        for (std::size_t sum = 1; sum <= kWindow && looked <= n && !is_found; ++sum) {
+            for (std::size_t a = 0; a <= sum && !is_found; ++a, ++looked) {
+                is_found = meet(i + a, j + sum - a);
+                if (is_found) i += a, j += sum - a;
+            }
+        }
     }
+    if (last.count > 2) runs.push_back(last);
+    return runs;
+}
+
+// Writes of each vertex its tangent and its Kind; of each side, from a vertex to the next, (x, y)
+// of four control points. What belongs to a vertex is the end of one row and the beginning of the
+// next,
+//
+//     ... p0 p1 [p2 p3 | p0 p1] p2 p3 ...
+//
+// so it is copied in one piece for vertices whose neighbours are those of the curve before.
+void cubic(Ring xy, Weights weights, Rows<double, 2> tangents, Rows<double, 8> control,
+           Rows<std::uint8_t, 1> kinds, Rows<const double, 2> old_tangents,
+           Rows<const double, 8> old_control, Rows<const std::uint8_t, 1> old_kinds) {
+    Polygon ring(xy);
+    std::size_t n = ring.size(), i = 0;
+    nb::gil_scoped_release others_may_run;
+    auto make = [&](std::size_t end) {
+        for (; i < end; ++i) {
+            Tangent t = tangent(ring.corner(i), weights);
+            std::size_t before = i == 0 ? n - 1 : i - 1;
+            Point v = ring[i];
+            put(&tangents(i, 0), t.direction);
+            kinds(i, 0) = static_cast<std::uint8_t>(t.kind);
+            put(&control(before, 4), v - t.back * t.direction);
+            put(&control(before, 6), v);
+            put(&control(i, 0), v);
+            put(&control(i, 2), v + t.ahead * t.direction);
+        }
+    };
+    Curve old{old_tangents, old_control, old_kinds};
+    for (Run run : shared(ring, old)) {
+        make(run.at + 1);  // the ends of a run may have got another neighbour
+        std::size_t j = run.before + 1, count = run.count - 2;
+        std::copy_n(&old.tangents(j, 0), 2 * count, &tangents(i, 0));
+        std::copy_n(&old.kinds(j, 0), count, &kinds(i, 0));
+        std::copy_n(&old.control(j - 1, 4), 8 * count, &control(i - 1, 4));
+        i += count;
+    }
+    make(n);
 }
 
 // The same with three control points a side. Returns the sides of which there is no such segment,
@@ -91,7 +157,8 @@ void bind_smooth(nb::module_& module) {
         .value("length", Weights::length)
         .value("uniform", Weights::uniform)
         .value("inverse", Weights::inverse);
-    module.def("cubic", &cubic, "xy"_a, "weights"_a, "tangents"_a, "control"_a, "kinds"_a);
+    module.def("cubic", &cubic, "xy"_a, "weights"_a, "tangents"_a, "control"_a, "kinds"_a,
+               "old_tangents"_a, "old_control"_a, "old_kinds"_a);
     module.def("quadratic", &quadratic, "xy"_a, "weights"_a, "tangents"_a, "control"_a, "kinds"_a);
 }
 
