@@ -51,6 +51,11 @@ inline Edge edge_of(const Ring::Leaf& leaf, Index place) {
     return {{leaf.x[place], leaf.y[place]}, {leaf.x[place + 1], leaf.y[place + 1]}};
 }
 
+// The place of the lowest bit.
+inline Index lowest(std::int64_t bits) {
+    return __builtin_ctzll(static_cast<unsigned long long>(bits));
+}
+
 class Segment {
    public:
     Segment(Point from, Point to)
@@ -74,6 +79,28 @@ class Segment {
         double x = x_ > 0 ? (b.x_low - p.x) / x_ : x_ < 0 ? (b.x_high - p.x) / x_ : 0;
         double y = y_ > 0 ? (b.y_low - p.y) / y_ : y_ < 0 ? (b.y_high - p.y) / y_ : 0;
         return std::max(std::max(x, y), 0.0) * (1 - 16 * kUlp);
+    }
+
+    // The edges of a leaf that may meet the segment, as bits: those whose ends are not both beyond
+    // the same side of its box, or certainly on the same side of its line. Without a branch.
+    std::int64_t candidates(const Ring::Leaf& leaf, Index count) const {
+        std::int64_t before = 0, behind = 0, under = 0, over = 0, left = 0, right = 0;
+        for (Index i = 0; i < Ring::kRoom; ++i) {  // those behind the last count for nothing
+            std::int64_t bit = std::int64_t{1} << i;
+            double x = leaf.x[i], y = leaf.y[i];
+            before |= x < box.x_low ? bit : 0;
+            behind |= x > box.x_high ? bit : 0;
+            under |= y < box.y_low ? bit : 0;
+            over |= y > box.y_high ? bit : 0;
+            double first = x_ * (y - p.y), second = y_ * (x - p.x);
+            double slack = 16 * kUlp * (std::fabs(first) + std::fabs(second));
+            left |= first - second > slack ? bit : 0;
+            right |= second - first > slack ? bit : 0;
+        }
+        auto both = [](std::int64_t ends) { return ends & (ends >> 1); };
+        std::int64_t beside =
+            both(before) | both(behind) | both(under) | both(over) | both(left) | both(right);
+        return ~beside & ((std::int64_t{1} << count) - 1);
     }
 
     bool meets(Edge e) const {
@@ -144,7 +171,8 @@ bool any_contact(const Ring& ring, Index n, const Segment& s, F&& f) {
         return any_contact(ring, node.left, s, f) || any_contact(ring, node.right, s, f);
     }
     const Ring::Leaf& leaf = ring.leaf_at(node);
-    for (Index i = 0; i < node.count; ++i) {
+    for (std::int64_t left = s.candidates(leaf, node.count); left != 0; left &= left - 1) {
+        Index i = lowest(left);
         if (s.meets(edge_of(leaf, i)) && f(n, i)) return true;
     }
     return false;
@@ -193,7 +221,8 @@ class Hits {
         const Ring::Node& node = ring_.node(n);
         if (node.right == kNone) {
             const Ring::Leaf& leaf = ring_.leaf_at(node);
-            for (Index i = 0; i < node.count; ++i) {
+            for (std::int64_t left = s_.candidates(leaf, node.count); left != 0; left &= left - 1) {
+                Index i = lowest(left);
                 if (!s_.meets(edge_of(leaf, i))) continue;
                 Hit hit = {s_.parameter(edge_of(leaf, i)), n, i};
                 if (first_.leaf == kNone || comes_before(hit, first_)) first_ = hit;

@@ -77,6 +77,17 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
                           to_numpy(std::move(ends.stop)));
 }
 
+// Calls f(i, segment) for many segments, in the order of their starts along a curve: the next one
+// meets what is in the cache.
+template <class F>
+void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
+    auto start = [&](std::size_t i) { return Point{x0(i), y0(i)}; };
+    for (const Ranked& next : curve_order(x0.shape(0), start)) {
+        std::size_t i = at(next.item);
+        f(i, Segment(start(i), {x1(i), y1(i)}));
+    }
+}
+
 // Whether each segment meets the boundary, or is held by the object.
 template <bool (*Ask)(const Ring&, const Segment&)>
 bool segment_one(Kernel& k, double x0, double y0, double x1, double y1) {
@@ -90,9 +101,9 @@ auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Dou
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        for (std::size_t i = 0; i < answers.size(); ++i) {
-            answers[i] = Ask(k.object().ring(), {{x0(i), y0(i)}, {x1(i), y1(i)}});
-        }
+        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
+            answers[i] = Ask(k.object().ring(), s);
+        });
     }
     return to_numpy(std::move(answers));
 }
@@ -104,12 +115,11 @@ auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        for (std::size_t i = 0; i < n; ++i) {
-            Segment s({x0(i), y0(i)}, {x1(i), y1(i)});
+        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
             Hit hit = Hits(k.object().ring(), s).first();
             t[i] = hit.t;
             ends.set(i, k.object(), hit.leaf, hit.place);
-        }
+        });
     }
     return nb::make_tuple(to_numpy(std::move(t)), to_numpy(std::move(ends.start)),
                           to_numpy(std::move(ends.stop)));
