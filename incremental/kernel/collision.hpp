@@ -43,14 +43,6 @@ inline bool overlap(const Box& a, const Box& b) {
            (b.y_low <= a.y_high);
 }
 
-struct Edge {
-    Point a, b;
-};
-
-inline Edge edge_of(const Ring::Leaf& leaf, Index place) {
-    return {{leaf.x[place], leaf.y[place]}, {leaf.x[place + 1], leaf.y[place + 1]}};
-}
-
 // The place of the lowest bit.
 inline Index lowest(std::int64_t bits) {
     return __builtin_ctzll(static_cast<unsigned long long>(bits));

@@ -13,8 +13,8 @@
 // meet, the distance is that of a vertex of one to an edge of the other: the smallest of them.
 //
 // The search descends into the nearer box first and passes over boxes beyond the best so far. In a
-// leaf, plain doubles with an error bound (`kSlack` times the terms) leave one or two edges to be
-// looked at closely. Bounds err to the side of looking.
+// leaf, plain doubles with an error bound (`kSlack` times the terms) pass over nearly all edges;
+// what is left in the end, one or two, is looked at closely. Bounds err to the side of looking.
 //
 // Cost: one place, O(log n) boxes on curves unless many edges are equally far (the centre of a
 // circle); two rings, what lies between their nearest parts.
@@ -61,6 +61,14 @@ inline Pair pair_root(Pair a) {
 }
 
 // ------------------------------------------------------------------ a place and an edge
+struct Edge {
+    Point a, b;
+};
+
+inline Edge edge_of(const Ring::Leaf& leaf, Index place) {
+    return {{leaf.x[place], leaf.y[place]}, {leaf.x[place + 1], leaf.y[place + 1]}};
+}
+
 // Whether the point of the closed edge from a to b that is nearest to q is a, b or between them.
 enum class Part { start, between, end };
 
@@ -125,26 +133,43 @@ class NearestSearch {
    public:
     explicit NearestSearch(const Ring& ring) : ring_(ring) {}
 
-    // Nothing within the limit: a Nearest without a leaf.
+    // Nothing within the limit: a Nearest without a leaf, or one beyond the limit.
     Nearest ask(Point q, double limit = std::numeric_limits<double>::infinity()) {
-        q_ = q;
-        best_ = {};
-        limit_ = limit;
+        begin(q, limit);
         if (!ring_.empty()) enter(ring_.root());
-        return best_;
+        return end();
     }
 
     // The same of the edges of one leaf.
     Nearest ask_leaf(Index leaf, Point q, double limit) {
-        q_ = q;
-        best_ = {};
-        limit_ = limit;
+        begin(q, limit);
         scan(leaf);
-        return best_;
+        return end();
     }
 
    private:
     static constexpr double kSlack = 32 * kUlp;
+
+    // An edge that may be the nearest: it is no nearer than `least`.
+    struct Candidate {
+        double least;
+        Index leaf, place;
+    };
+
+    void begin(Point q, double limit) {
+        q_ = q;
+        limit_ = limit;
+        candidates_.clear();
+    }
+
+    // Looks closely at those that are left.
+    Nearest end() {
+        Nearest best;
+        for (const Candidate& c : candidates_) {
+            if (c.least <= limit_) look_at(c, best);
+        }
+        return best;
+    }
 
     void enter(Index n) {
         const Ring::Node& node = ring_.node(n);
@@ -166,8 +191,7 @@ class NearestSearch {
     void scan(Index n) {
         const Ring::Leaf& leaf = ring_.leaf(n);
         Index count = ring_.node(n).count;
-        // Squares of distances, and how far rounding may have taken them.
-        double square[Ring::kRoom], slack[Ring::kRoom];
+        double square[Ring::kRoom], least = std::numeric_limits<double>::infinity();
         for (Index i = 0; i < count; ++i) {
             double ax = leaf.x[i] - q_.x, ay = leaf.y[i] - q_.y;
             double x = leaf.x[i + 1] - leaf.x[i], y = leaf.y[i + 1] - leaf.y[i];
@@ -176,40 +200,40 @@ class NearestSearch {
             t = t > 1 ? 1 : t;
             double fx = ax + t * x, fy = ay + t * y;
             square[i] = fx * fx + fy * fy;
-            slack[i] = kSlack * (std::fabs(ax) + std::fabs(ay) + std::fabs(x) + std::fabs(y));
         }
-        Index best = static_cast<Index>(std::min_element(square, square + count) - square);
-        limit_ = std::min(limit_, std::sqrt(square[best]) + slack[best]);
+        for (Index i = 0; i < count; ++i) least = square[i] < least ? square[i] : least;
+        // How far rounding may have taken the roots of the squares, for any edge in the box.
+        const Box& b = ring_.node(n).box;
+        double wide = b.x_high - b.x_low, high = b.y_high - b.y_low;
+        double slack =
+            kSlack * (std::fabs(b.x_low - q_.x) + std::fabs(b.y_low - q_.y) + 2 * wide + 2 * high);
+        limit_ = std::min(limit_, std::sqrt(least) + slack);
+        double within = gap_within(limit_ + slack);
         for (Index i = 0; i < count; ++i) {
-            double reach = limit_ + slack[i];
-            if (square[i] <= gap_within(reach)) look_at(leaf, n, i);
+            if (square[i] <= within) candidates_.push_back({std::sqrt(square[i]) - slack, n, i});
         }
     }
 
-    void look_at(const Ring::Leaf& leaf, Index n, Index i) {
-        Point a = {leaf.x[i], leaf.y[i]}, b = {leaf.x[i + 1], leaf.y[i + 1]};
+    void look_at(const Candidate& c, Nearest& best) {
+        auto [a, b] = edge_of(ring_.leaf(c.leaf), c.place);
         Part part = nearest_part(a, b, q_);
         double far = distance_to_edge(a, b, q_, part);
-        if (far > best_.distance) return;
-        Nearest found = {far, nearest_on_edge(a, b, q_, part, far), n, i};
-        if (best_.leaf != kNone && !comes_before(found, best_)) return;
-        best_ = found;
         limit_ = std::min(limit_, far);
+        if (far > best.distance) return;
+        Nearest found = {far, nearest_on_edge(a, b, q_, part, far), c.leaf, c.place};
+        if (best.leaf == kNone || comes_before(found, best)) best = found;
     }
 
     bool comes_before(const Nearest& a, const Nearest& b) const {
         if (a.distance != b.distance) return a.distance < b.distance;
         return a.at == b.at ? start(a) < start(b) : a.at < b.at;
     }
-    Point start(const Nearest& n) const {
-        const Ring::Leaf& leaf = ring_.leaf(n.leaf);
-        return {leaf.x[n.place], leaf.y[n.place]};
-    }
+    Point start(const Nearest& n) const { return edge_of(ring_.leaf(n.leaf), n.place).a; }
 
     const Ring& ring_;
     Point q_ = {};
-    Nearest best_;
     double limit_ = 0;  // nothing farther is looked for
+    std::vector<Candidate> candidates_;
 };
 
 // ------------------------------------------------------------------ two rings
@@ -246,12 +270,10 @@ class Clearance {
         for (int step = 0; step < 6; ++step) {
             int other = 1 - step % 2;
             Nearest found = searches_[other].ask(q);
-            const Ring::Leaf& leaf = rings_[other]->leaf(found.leaf);
             // From a vertex on, so that each distance is one of those compared.
-            Point ends[2] = {{leaf.x[found.place], leaf.y[found.place]},
-                             {leaf.x[found.place + 1], leaf.y[found.place + 1]}};
+            Edge e = edge_of(rings_[other]->leaf(found.leaf), found.place);
             best_ = std::min(best_, found.distance);
-            Point next = distance(ends[0], q) < distance(ends[1], q) ? ends[0] : ends[1];
+            Point next = distance(e.a, q) < distance(e.b, q) ? e.a : e.b;
             if (next == q) break;
             q = next;
         }
