@@ -21,6 +21,7 @@ NAMES = (
     "replay",
     "query",
     "flintstone",
+    "collision",
     "smooth",
     "gamma",
     "soak",

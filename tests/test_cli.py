@@ -18,7 +18,7 @@ import pytest
 
 from flintknap import export, log
 from flintknap.cli import main
-from flintknap.events import Insert, Query
+from flintknap.events import Insert, Query, Remove
 from flintknap.replay import replay
 
 LOGS = Path(__file__).parents[1] / "replay_logs"
@@ -345,3 +345,18 @@ def test_a_progress_bar_on_a_terminal_only(asked):
     quiet = subprocess.run(command, capture_output=True, check=True)
     assert b"%" not in quiet.stderr
     assert quiet.stdout == done.stdout
+
+
+def test_contacts_as_json_lines(run, tmp_path):
+    corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+    events = [Insert(t=1.0, object="b", x=x, y=y) for x, y in corners]
+    events += [Insert(t=2.0, object="a", x=x + 0.5, y=y) for x, y in corners]
+    events += [Remove(t=3.0, object="a", id=0)]
+    log.write(tmp_path / "it", events)
+    code, out, _ = run(tmp_path / "it", "--collisions")
+    assert code == 0
+    assert out.splitlines() == [
+        '{"t":2.0,"contact":"begin","objects":["a","b"]}',
+        '{"t":3.0,"contact":"end","objects":["a","b"]}',
+    ]
+    assert run(tmp_path / "it")[1] == ""

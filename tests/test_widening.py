@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flintknap as fk
 import oracles
 import strategies
-from flintknap import reference
+from flintknap import reference, widening
 
 relentless = settings(deadline=None, max_examples=300)
 

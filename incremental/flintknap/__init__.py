@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from flintknap import reference
     from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
+    from flintknap.collision import Crossings, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
     from flintknap.flintstones import Approximation, Flintstones
+    from flintknap.scene import Scene
     from flintknap.smooth import BezierCurve
     from flintknap.snapshot import load
     from flintknap.window import Window
@@ -27,11 +29,15 @@ __all__ = [
     "Approximation",
     "BezierCurve",
     "Boundary",
+    "Crossings",
     "Engine",
     "Flintstones",
+    "Hit",
     "InputError",
     "InvariantError",
     "LogError",
+    "Nearest",
+    "Scene",
     "Window",
     "load",
     "reference",
@@ -39,10 +45,12 @@ __all__ = [
 
 _ROOMS = {
     "boundary": ["Boundary"],
+    "collision": ["Crossings", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],
     "flintstones": ["Approximation", "Flintstones"],
     "_kernel": ["MAX_MAGNITUDE", "MIN_MAGNITUDE"],
+    "scene": ["Scene"],
     "smooth": ["BezierCurve"],
     "snapshot": ["load"],
     "window": ["Window"],

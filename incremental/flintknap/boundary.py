@@ -26,8 +26,8 @@ class Boundary(Polygonal):
         xy: float64 (n, 2), their coordinates, in the unit of the input.
         status: "closed" if the ring passes through every point; "locked" if constriction stopped
             before, though the gamma-graph was widened as far as it may be, and then the ring is a
-            simple polygon through the others; "degenerate" if there is no polygon (fewer than three points, or all on a
-            line), and then the ring is empty.
+            simple polygon through the others; "degenerate" if there is no polygon (fewer than three
+            points, or all on a line), and then the ring is empty.
         inside: int64 (m,), the points that lie inside the ring instead of on it, by coordinates.
         d: how far the gamma-graph was widened; 0.0 is the Delaunay triangulation.
     """

@@ -1,6 +1,6 @@
 """The `flintknap` command: its verbs, what they take, and how it ends.
 
-Data go to standard output: the answers of a replay as lines of JSON, each as soon as it is known;
+Data go to standard output: answers and contacts of a replay as lines of JSON, each at once;
 what `info` and `check` found; a log or a summary where it is asked for. Messages, the summary for
 people and the progress bar (on a terminal only) go to standard error.
 
@@ -110,6 +110,9 @@ examples:
         "--tolerance", metavar="T", type=_tolerance, help="or that which strays no farther than T"
     )
     verb.add_argument("--geojson", metavar="FILE", type=Path, help="write the boundaries")
+    verb.add_argument(
+        "--collisions", action="store_true", help="report contacts of objects as they begin and end"
+    )
     verb.add_argument("--json", action="store_true", help="summary as JSON on standard output")
 
     verb = _add(

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator, Sequence
 
-    from flintknap.events import Answer, Event, Insert
+    from flintknap.events import Answer, Contact, Event, Insert
     from flintknap.replay import Replay
 
 
@@ -50,7 +50,8 @@ def replay(options: argparse.Namespace) -> int:
                 until=options.until,
                 object=options.object,
                 window=options.window,
-                answer=_print_answer,
+                answer=_print_event,
+                contact=_print_event if options.collisions else None,
                 progress=progress,
             )
             for engine in done.engines.values():
@@ -152,12 +153,12 @@ def _bar(path: str) -> Iterator[Callable[[int], Any]]:
         yield lambda position: bar.update(position - bar.n)
 
 
-def _print_answer(answer: Answer) -> None:
+def _print_event(event: Answer | Contact) -> None:
     with tqdm.external_write_mode():
-        _print(answer)
+        _print(event)
 
 
-def _print(value: Answer | dict[str, Any]) -> None:
+def _print(value: Answer | Contact | dict[str, Any]) -> None:
     """Print a line of JSON, at once: somebody may wait for it."""
     _say(msgspec.json.encode(value).decode())
 

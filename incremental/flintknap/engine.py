@@ -16,6 +16,7 @@ different engines do not wait for each other, and long calls let other threads r
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from typing import TYPE_CHECKING, Literal, overload
 
@@ -24,6 +25,7 @@ import numpy as np
 from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
+from flintknap.collision import Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError, InvariantError
 from flintknap.flintstones import Approximation, Flintstones, flintstones
 from flintknap.widening import gamma_of, least_cotangent
@@ -301,6 +303,124 @@ class Engine:
         they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all.
         """
         return self._kernel.refined()[0]
+
+    # ------------------------------------------------------------------ collisions
+    @overload
+    def distance(self, x: float, y: float) -> float: ...
+    @overload
+    def distance(self, x: ArrayLike, y: ArrayLike | None = None) -> float | NDArray[np.float64]: ...
+    def distance(self, x: ArrayLike, y: ArrayLike | None = None) -> float | NDArray[np.float64]:
+        """Return how far places are from the boundary, inside or outside: 0.0 on it.
+
+        Numbers or arrays, as in insert; within 0.51 ulp of the exact distance, in the unit of the
+        input. inf for a degenerate object. O(log n) a place, unless many edges are equally far.
+
+        Raises InputError naming the first row at fault.
+        """
+        if isinstance(x, float) and isinstance(y, float):
+            return self._kernel.distance(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        xs, ys = inputs.pairs(x, y)
+        if xs.ndim == 0:
+            return self._kernel.distance(float(xs), float(ys))
+        return self._kernel.distance_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+
+    def nearest(self, x: ArrayLike, y: ArrayLike | None = None) -> Nearest:
+        """Return the nearest points of the boundary, their distances and edges.
+
+        Numbers or arrays, as in insert. Of points at the same distance the one with the smaller
+        coordinates is returned; of two edges at a vertex that with the smaller start. Cost as of
+        distance.
+
+        Raises InputError naming the first row at fault.
+        """
+        xs, ys = inputs.pairs(x, y)
+        return Nearest(*shaped(self._kernel.nearest(xs.ravel(), ys.ravel()), xs.shape))
+
+    @overload
+    def intersects(self, x0: float, y0: float, x1: float, y1: float) -> bool: ...
+    @overload
+    def intersects(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
+    ) -> bool | NDArray[np.bool_]: ...
+    def intersects(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
+    ) -> bool | NDArray[np.bool_]:
+        """Tell which closed segments from (x0, y0) to (x1, y1) meet the boundary. Exact.
+
+        Numbers, or arrays that broadcast. Touching counts; a segment may be a single point. False
+        for a degenerate object. O(log n) and the boxes of the boundary that the segment meets.
+
+        Raises InputError naming the first row at fault.
+        """
+        ends = inputs.segments(x0, y0, x1, y1)
+        if ends[0].ndim == 0:
+            return self._kernel.intersects(*map(float, ends))
+        found = self._kernel.intersects_many(*(each.ravel() for each in ends))
+        return found.view(np.bool_).reshape(ends[0].shape)
+
+    @overload
+    def contains_segment(self, x0: float, y0: float, x1: float, y1: float) -> bool: ...
+    @overload
+    def contains_segment(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
+    ) -> bool | NDArray[np.bool_]: ...
+    def contains_segment(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
+    ) -> bool | NDArray[np.bool_]:
+        """Tell which segments lie wholly in the closed object: they may run along its boundary.
+
+        Exact. Arguments, cost and errors as of intersects.
+        """
+        ends = inputs.segments(x0, y0, x1, y1)
+        if ends[0].ndim == 0:
+            return self._kernel.holds(*map(float, ends))
+        found = self._kernel.holds_many(*(each.ravel() for each in ends))
+        return found.view(np.bool_).reshape(ends[0].shape)
+
+    def first_hit(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Hit:
+        """Return where segments first meet the boundary on their way from (x0, y0).
+
+        The parameter t in [0, 1] is correctly rounded; of edges with the same one, that whose
+        start has the smaller coordinates. Arguments, cost and errors as of intersects.
+        """
+        ends = inputs.segments(x0, y0, x1, y1)
+        hits = self._kernel.first_hit(*(each.ravel() for each in ends))
+        return Hit(*shaped(hits, ends[0].shape))
+
+    def crossings(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Crossings:
+        """Return all edges of the boundary that segments meet, and where, as first_hit has it.
+
+        Sorted by segment, then t, then start. Arguments and errors as of intersects; O(log n) and
+        the boxes of the boundary that the segment meets.
+        """
+        ends = inputs.segments(x0, y0, x1, y1)
+        return Crossings(*self._kernel.crossings(*(each.ravel() for each in ends)))
+
+    def collides(self, other: Engine) -> bool:
+        """Tell whether the two closed objects have a point in common: touching counts. Exact.
+
+        False if one is degenerate. O(log n) and the pairs of boxes of their boundaries that meet.
+        """
+        return self._kernel.collides(other._kernel)
+
+    @overload
+    def clearance(self, other: Engine) -> float: ...
+    @overload
+    def clearance(self, other: Engine, *, at_least: float) -> bool: ...
+    def clearance(self, other: Engine, *, at_least: float | None = None) -> float | bool:
+        """Return how far apart the two closed objects are: 0.0 if they collide.
+
+        Within 0.51 ulp of the exact distance; inf if one is degenerate. With ``at_least``, tell
+        whether it is that or more, which may need far less work: O(log n) and the pairs of boxes
+        no farther apart.
+
+        Raises InputError unless ``at_least`` is a finite number.
+        """
+        if at_least is None:
+            return self._kernel.clearance(other._kernel)
+        if not math.isfinite(at_least):
+            raise InputError(f"at_least: got {at_least!r}, expected a finite number")
+        return self._kernel.is_clear(other._kernel, at_least)
 
     # ------------------------------------------------------------------ the gamma-graph
     def edges(

@@ -1,4 +1,4 @@
-"""What a log says: a header, then events; and what a replay says back: answers.
+"""What a log says: a header, then events; and what a replay says back: answers and contacts.
 
 Every type here is one line of JSON, its fields in the order given (`docs/log-format.md`). Decoding
 checks that nothing is missing, nothing unknown and every number finite; whether a coordinate has
@@ -104,6 +104,14 @@ class Answer(_Record, frozen=True, kw_only=True):
     y: float
     level: Level | UnsetType = UNSET
     answer: int | bool
+
+
+class Contact(_Record, frozen=True, kw_only=True):
+    """By time ``t`` two objects, in the order of their names, began or ceased to collide."""
+
+    t: float
+    contact: Literal["begin", "end"]
+    objects: tuple[str, str]
 
 
 Event = Insert | Remove | Move | Query

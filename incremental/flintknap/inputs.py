@@ -98,6 +98,30 @@ def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]
     return xs, ys
 
 
+def segments(
+    x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return the coordinates of both ends of segments in one shape, broadcast as numpy does."""
+    got = [
+        _floats(values, name) for values, name in ((x0, "x0"), (y0, "y0"), (x1, "x1"), (y1, "y1"))
+    ]
+    try:
+        xs, ys, us, vs = np.broadcast_arrays(*got)
+    except ValueError:
+        shapes = ", ".join(str(each.shape) for each in got)
+        raise InputError(
+            f"x0, y0, x1, y1: got shapes {shapes}, expected shapes that broadcast"
+        ) from None
+    rows = [first_outside(xs.ravel(), ys.ravel()), first_outside(us.ravel(), vs.ravel())]
+    row = min((row for row in rows if row >= 0), default=-1)
+    if row >= 0:
+        ends = tuple(float(each.ravel()[row]) for each in (xs, ys, us, vs))
+        raise InputError(
+            f"row {row}: got {ends}, expected coordinates that are {_EXPECTED}", row=row
+        )
+    return xs, ys, us, vs
+
+
 def identifiers(
     ids: ArrayLike, name: str, unknown: Callable[[NDArray[np.int64]], NDArray[np.bool_]]
 ) -> NDArray[np.int64]:

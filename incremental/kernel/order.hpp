@@ -72,11 +72,11 @@ inline void radix_sort(std::vector<Ranked>& items) {
     }
 }
 
-// A permutation of 0 .. n - 1, point(i) being the place of item i.
-template <class PointOf>
-std::vector<Ranked> insertion_order(std::size_t n, PointOf point) {
-    constexpr int bits = 25;
-    if (n == 1) return {{0, 0}};
+// A permutation of 0 .. n - 1, point(i) being the place of item i: by round(i), 0 .. 2^14 - 1, and
+// each round along the curve through a grid of 2^bits by 2^bits cells.
+template <int bits, class PointOf, class RoundOf>
+std::vector<Ranked> order_in_rounds(std::size_t n, PointOf point, RoundOf round) {
+    if (n == 0) return {};
     Point low = point(0), high = low;
     for (std::size_t i = 1; i < n; ++i) {
         Point p = point(i);
@@ -90,12 +90,27 @@ std::vector<Ranked> insertion_order(std::size_t n, PointOf point) {
         Point p = point(i);
         auto x = static_cast<std::uint32_t>((p.x - low.x) * scale);
         auto y = static_cast<std::uint32_t>((p.y - low.y) * scale);
-        std::uint64_t draw = mix(i), round = 31;  // 32 rounds: a quarter of a quarter of ...
-        for (; round > 0 && (draw & 3) == 0; draw >>= 2) --round;
-        order[i] = {round << 2 * bits | hilbert(x, y, bits), static_cast<Index>(i)};
+        order[i] = {round(i) << 2 * bits | hilbert(x, y, bits), static_cast<Index>(i)};
     }
     radix_sort(order);
     return order;
+}
+
+// The order of insertion: biased randomised.
+template <class PointOf>
+std::vector<Ranked> insertion_order(std::size_t n, PointOf point) {
+    if (n == 1) return {{0, 0}};
+    return order_in_rounds<25>(n, point, [](std::size_t i) {
+        std::uint64_t draw = mix(i), round = 31;  // 32 rounds: a quarter of a quarter of ...
+        for (; round > 0 && (draw & 3) == 0; draw >>= 2) --round;
+        return round;
+    });
+}
+
+// All along the curve, as cells of a coarse grid come.
+template <class PointOf>
+std::vector<Ranked> curve_order(std::size_t n, PointOf point) {
+    return order_in_rounds<11>(n, point, [](std::size_t) { return std::uint64_t{0}; });
 }
 
 }  // namespace flintknap

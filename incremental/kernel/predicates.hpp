@@ -235,7 +235,8 @@ inline bool odd_mantissa(double v) {
 
 // The correctly rounded quotient of two expansions, `start` being a few ulps off at most:
 // move to the double whose rounding interval, ties to even, holds the exact quotient.
-inline double rounded_quotient(const Expansion<16>& dot, const Expansion<16>& cross, double start) {
+template <int M, int N>
+double rounded_quotient(const Expansion<M>& dot, const Expansion<N>& cross, double start) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     // sign of (dot / cross) - (the midpoint of q and its neighbour towards `end`)
     auto beyond = [&](double q, double end) {

@@ -2,8 +2,8 @@
 
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
-to be read in this order: exact, triangulation, constriction, widening, queries, gamma, smooth,
-flintstone.
+to be read in this order: exact, triangulation, constriction, widening, queries, collision, gamma,
+flintstone, smooth.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -13,6 +13,7 @@ Invariants
 Refuses nothing and checks nothing: rows are finite, distinct and within the range of the engine.
 """
 
+from flintknap.reference import collision
 from flintknap.reference.constriction import Constriction, constrict
 from flintknap.reference.flintstone import Edge, approximate, base, in_flintstone, side_at_level
 from flintknap.reference.gamma import GRAPHS, edges, gamma
@@ -28,6 +29,7 @@ __all__ = [
     "Widening",
     "approximate",
     "base",
+    "collision",
     "constrict",
     "cubic",
     "digest",

@@ -5,6 +5,7 @@
 // wait for each other.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -91,12 +92,25 @@ class Kernel {
     std::mutex mutex_;
 };
 
+// Asks of the rings of two objects, which may be one. Their turns are taken in the order of their
+// addresses, whoever asks: so no circle of threads can wait for each other.
+template <class Ask>
+auto with_both_rings(Kernel& a, Kernel& b, Ask ask) {
+    bool in_order = !std::less<Kernel*>()(&b, &a);
+    auto first = (in_order ? a : b).with_ring();
+    auto second = &a == &b ? Kernel::Turn() : (in_order ? b : a).with_ring();
+    nb::gil_scoped_release others_may_run;
+    return ask(a.object().ring(), b.object().ring());
+}
+
 // One a stage, each in a file of its own: adds what Python may ask of it.
 using KernelClass = nb::class_<Kernel>;
 void bind_points(KernelClass& kernel);
 void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
 void bind_flintstone(KernelClass& kernel);
+void bind_collision(KernelClass& kernel);
+void bind_scene(nb::module_& module);
 void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);
 

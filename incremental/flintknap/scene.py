@@ -1,0 +1,169 @@
+"""Many objects in one plane: which of them touch, hold a place, or are nearest to one.
+
+Theory of operation. Engines are changed where they are; a scene compares their revisions when it
+is asked, and looks again only at objects that have changed. Only objects whose boxes meet are
+asked, exactly, whether they collide. Answers are functions of the names and their objects.
+
+Cost. 15 ns an object to compare revisions; a changed object, its own repair, half a nanosecond an
+object to find the boxes that meet its own, and `collides` for each of these. (An ordered index of
+boxes would save less than it costs as long as revisions are compared one by one.)
+
+Invariants (check): the contacts of each object are those found without boxes, and are listed.
+
+A scene serves one thread at a time; its engines may be changed by others meanwhile. After Ctrl-C in
+the middle of a question the next one starts from nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableMapping
+from typing import TYPE_CHECKING, Any
+
+from sortedcontainers import SortedSet
+
+from flintknap import inputs
+from flintknap._kernel import Roster
+from flintknap.collision import Nearest
+from flintknap.errors import InvariantError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from flintknap.engine import Engine
+
+
+class Scene(MutableMapping[str, "Engine"]):
+    """Objects by name: a mapping to their engines, which may be changed at any time."""
+
+    def __init__(self, engines: Mapping[str, Engine] | None = None) -> None:
+        self._engines: dict[str, Engine] = {}
+        self._is_torn = False  # set while what follows changes: after Ctrl-C it still is
+        self._start()
+        self.update(engines or {})
+
+    # ------------------------------------------------------------------ the mapping
+    def __getitem__(self, name: str) -> Engine:
+        return self._engines[name]
+
+    def __setitem__(self, name: str, engine: Engine) -> None:
+        if name in self._engines:
+            del self[name]
+        was_torn, self._is_torn = self._is_torn, True
+        self._engines[name] = engine
+        self._enter(name, engine)
+        self._is_torn = was_torn
+
+    def __delitem__(self, name: str) -> None:
+        row = self._row[name]
+        was_torn, self._is_torn = self._is_torn, True
+        del self._engines[name], self._row[name]
+        self._meet(row, set())
+        self._roster.put(row, None)
+        self._stale.discard(row)
+        self._free.append(row)
+        self._is_torn = was_torn
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._engines)
+
+    def __len__(self) -> int:
+        return len(self._engines)
+
+    # ------------------------------------------------------------------ questions
+    def collisions(self) -> list[tuple[str, str]]:
+        """Return the pairs of objects that collide (Engine.collides), each and all by name.
+
+        What has not changed since the last question costs nothing but a look at its revision.
+        """
+        self._bring_up()
+        return list(self._pairs)
+
+    def contains(self, x: float, y: float) -> list[str]:
+        """Return the objects that contain a place, the boundary included, sorted by name.
+
+        Raises InputError for an inadmissible place.
+        """
+        xs, ys = inputs.scalar(x, "x"), inputs.scalar(y, "y")
+        self._bring_up()
+        return sorted(self._names[row] for row in self._roster.containing(xs, ys))
+
+    def nearest(self, x: float, y: float) -> tuple[str | None, Nearest]:
+        """Return the object whose boundary is nearest to a place, and Engine.nearest of it.
+
+        Of several as near the first by name; (None, of a degenerate object) if none has a boundary.
+
+        Raises InputError for an inadmissible place.
+        """
+        xs, ys = inputs.scalar(x, "x"), inputs.scalar(y, "y")
+        self._bring_up()
+        names = [self._names[row] for row in self._roster.nearest(xs, ys)]
+        if not names:
+            return None, Nearest(math.nan, math.nan, math.inf, -1, -1)
+        return min(names), self[min(names)].nearest(xs, ys)
+
+    # ------------------------------------------------------------------ verification
+    def check(self) -> None:
+        """Verify every invariant; raise InvariantError with what was seen. O(n^2) collides."""
+        self._bring_up()
+        for name, engine in self._engines.items():
+            engine.check()
+            others = ((each, other) for each, other in self._engines.items() if each != name)
+            true = {each for each, other in others if engine.collides(other)}
+            got = {self._names[row] for row in self._contacts[self._row[name]]}
+            listed = {pair for pair in self._pairs if name in pair}
+            if got != true or listed != {_pair(name, each) for each in true}:
+                raise InvariantError(f"{name!r} touches {true}, got {got}, listed {listed}")
+
+    # ------------------------------------------------------------------ behind the face
+    def _start(self) -> None:
+        """Make everything anew from the engines."""
+        self._row: dict[str, int] = {}
+        self._names: list[str] = []  # by row; of free rows the last
+        self._free: list[int] = []
+        self._roster = Roster()
+        self._stale: set[int] = set()  # rows to be looked at
+        self._contacts: list[set[int]] = []  # by row
+        self._pairs: Any = SortedSet()
+        for name, engine in self._engines.items():
+            self._enter(name, engine)
+        self._is_torn = False
+
+    def _enter(self, name: str, engine: Engine) -> None:
+        """Find a row for an engine."""
+        row = self._free.pop() if self._free else len(self._names)
+        if row == len(self._names):
+            self._names.append(name)
+            self._contacts.append(set())
+        self._names[row], self._row[name] = name, row
+        self._roster.put(row, engine._kernel)
+
+    def _bring_up(self) -> None:
+        """Look at all that has changed: boxes first, for contacts are found by them."""
+        if self._is_torn:
+            self._start()
+        self._roster.add_changed(self._stale)
+        if not self._stale:
+            return
+        for row in self._stale:
+            self._roster.refresh(row)
+        self._is_torn = True
+        for row in self._stale:
+            self._meet(row, self._roster.touching(row))
+        self._stale.clear()
+        self._is_torn = False
+
+    def _meet(self, row: int, contacts: set[int]) -> None:
+        """Set the contacts of a row, on both sides."""
+        before, name = self._contacts[row], self._names[row]
+        for other in before - contacts:
+            self._contacts[other].discard(row)
+            self._pairs.discard(_pair(name, self._names[other]))
+        for other in contacts - before:
+            self._contacts[other].add(row)
+            self._pairs.add(_pair(name, self._names[other]))
+        self._contacts[row] = contacts
+
+
+def _pair(a: str, b: str) -> tuple[str, str]:
+    return (a, b) if a < b else (b, a)

@@ -1,0 +1,184 @@
+// How far, what is met on the way, and who touches whom.
+#include "../collision.hpp"
+
+#include "../order.hpp"
+#include "kernel.hpp"
+
+namespace flintknap {
+namespace {
+
+// Ids of the ends of an edge, -1 of none.
+struct Ends {
+    std::vector<std::int64_t> start, stop;
+
+    explicit Ends(std::size_t n) : start(n, -1), stop(n, -1) {}
+
+    void set(std::size_t i, const Object& object, Index leaf, Index place) {
+        if (leaf == kNone) return;
+        const Index* v = object.ring().leaf(leaf).vertex + place;
+        start[i] = object.points().id_in_slot(v[0]);
+        stop[i] = object.points().id_in_slot(v[1]);
+    }
+};
+
+// The nearest edges of many places, taken along a curve: each search begins near the one before,
+// with what is in the cache, and with a bound.
+template <class Answer>
+void search_nearest(const Ring& ring, DoubleArray x, DoubleArray y, Answer answer) {
+    NearestSearch search(ring);
+    const Point* known = nullptr;
+    Point start = {};
+    auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
+    for (const Ranked& next : curve_order(x.shape(0), place_of)) {
+        std::size_t i = at(next.item);
+        Point q = place_of(i);
+        Nearest found = known ? search.ask(q, distance(*known, q)) : search.ask(q);
+        if (found.leaf != kNone) {
+            start = edge_of(ring.leaf(found.leaf), found.place).a;
+            known = &start;
+        }
+        answer(i, found);
+    }
+}
+
+double distance_one(Kernel& k, double x, double y) {
+    auto turn = k.with_ring();
+    return NearestSearch(k.object().ring()).ask({x, y}).distance;
+}
+
+auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
+    std::vector<double> far(x.shape(0));
+    auto turn = k.with_ring();
+    {
+        nb::gil_scoped_release others_may_run;
+        search_nearest(k.object().ring(), x, y,
+                       [&](std::size_t i, const Nearest& n) { far[i] = n.distance; });
+    }
+    return to_numpy(std::move(far));
+}
+
+// Coordinates, distances, and ids of the ends of the edges.
+auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
+    std::size_t n = x.shape(0);
+    std::vector<double> at_x(n), at_y(n), far(n);
+    Ends ends(n);
+    auto turn = k.with_ring();
+    {
+        nb::gil_scoped_release others_may_run;
+        search_nearest(k.object().ring(), x, y, [&](std::size_t i, const Nearest& found) {
+            at_x[i] = found.at.x;
+            at_y[i] = found.at.y;
+            far[i] = found.distance;
+            ends.set(i, k.object(), found.leaf, found.place);
+        });
+    }
+    return nb::make_tuple(to_numpy(std::move(at_x)), to_numpy(std::move(at_y)),
+                          to_numpy(std::move(far)), to_numpy(std::move(ends.start)),
+                          to_numpy(std::move(ends.stop)));
+}
+
+// Calls f(i, segment) for many segments, in the order of their starts along a curve: the next one
+// meets what is in the cache.
+template <class F>
+void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
+    auto start = [&](std::size_t i) { return Point{x0(i), y0(i)}; };
+    for (const Ranked& next : curve_order(x0.shape(0), start)) {
+        std::size_t i = at(next.item);
+        f(i, Segment(start(i), {x1(i), y1(i)}));
+    }
+}
+
+// Whether each segment meets the boundary, or is held by the object.
+template <bool (*Ask)(const Ring&, const Segment&)>
+bool segment_one(Kernel& k, double x0, double y0, double x1, double y1) {
+    auto turn = k.with_ring();
+    return Ask(k.object().ring(), {{x0, y0}, {x1, y1}});
+}
+
+template <bool (*Ask)(const Ring&, const Segment&)>
+auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
+    std::vector<std::uint8_t> answers(x0.shape(0));
+    auto turn = k.with_ring();
+    {
+        nb::gil_scoped_release others_may_run;
+        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
+            answers[i] = Ask(k.object().ring(), s);
+        });
+    }
+    return to_numpy(std::move(answers));
+}
+
+auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
+    std::size_t n = x0.shape(0);
+    std::vector<double> t(n);
+    Ends ends(n);
+    auto turn = k.with_ring();
+    {
+        nb::gil_scoped_release others_may_run;
+        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
+            Hit hit = Hits(k.object().ring(), s).first();
+            t[i] = hit.t;
+            ends.set(i, k.object(), hit.leaf, hit.place);
+        });
+    }
+    return nb::make_tuple(to_numpy(std::move(t)), to_numpy(std::move(ends.start)),
+                          to_numpy(std::move(ends.stop)));
+}
+
+// All hits, segment after segment.
+auto crossings(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
+    std::vector<std::int64_t> row;
+    std::vector<double> t;
+    Ends ends(0);
+    auto turn = k.with_ring();
+    {
+        nb::gil_scoped_release others_may_run;
+        for (std::size_t i = 0; i < x0.shape(0); ++i) {
+            Segment s({x0(i), y0(i)}, {x1(i), y1(i)});
+            for (const Hit& hit : Hits(k.object().ring(), s).all()) {
+                row.push_back(static_cast<std::int64_t>(i));
+                t.push_back(hit.t);
+                ends.start.push_back(-1);
+                ends.stop.push_back(-1);
+                ends.set(t.size() - 1, k.object(), hit.leaf, hit.place);
+            }
+        }
+    }
+    return nb::make_tuple(to_numpy(std::move(row)), to_numpy(std::move(t)),
+                          to_numpy(std::move(ends.start)), to_numpy(std::move(ends.stop)));
+}
+
+bool collides(Kernel& a, Kernel& b) { return with_both_rings(a, b, collide); }
+
+double clearance(Kernel& a, Kernel& b) {
+    return with_both_rings(a, b, [](const Ring& one, const Ring& other) {
+        return collide(one, other) ? 0.0 : Clearance(one, other).ask();
+    });
+}
+
+bool is_clear(Kernel& a, Kernel& b, double at_least) {
+    return with_both_rings(a, b, [&](const Ring& one, const Ring& other) {
+        return at_least <= 0 ||
+               (!collide(one, other) && Clearance(one, other).is_at_least(at_least));
+    });
+}
+
+}  // namespace
+
+void bind_collision(KernelClass& kernel) {
+    using namespace nb::literals;
+    kernel.def("distance", distance_one, "x"_a, "y"_a)
+        .def("distance_many", distance_many, "x"_a, "y"_a)
+        .def("nearest", nearest, "x"_a, "y"_a)
+        .def("intersects", segment_one<intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("intersects_many", segment_many<intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("holds", segment_one<holds_segment>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("holds_many", segment_many<holds_segment>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("first_hit", first_hit, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("crossings", crossings, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("collides", collides, "other"_a)
+        .def("clearance", clearance, "other"_a)
+        .def("is_clear", is_clear, "other"_a, "at_least"_a);
+}
+
+}  // namespace flintknap

@@ -1,0 +1,304 @@
+// Segments against the ring, and ring against ring: do they meet, where first, who is inside.
+//
+// Theory. Two closed segments have a point in common iff their boxes do and neither has both ends
+// strictly on one side of the other: for segments that cross or touch the signs say so, and for
+// those on one line the boxes do. A segment of no length is a point. Nothing is rounded.
+//
+// Along a segment from p to q, an edge ab that meets it does so first at t = o(p) / (o(p) - o(q)),
+// o(v) being the orientation of a, b, v; if all four lie on a line, at p or at that end of the edge
+// which comes first. Either is a quotient of exact sums of doubles, and t is *correctly rounded*:
+// one number for one segment and one edge. Of edges with the same t that with the smaller start
+// comes first. So a vertex that the segment runs through is met twice, at the same t.
+//
+// A segment lies in the closed object iff p does and nothing leads out at a point of contact:
+//
+//      a proper crossing                                     leads out
+//      p or q within an edge: out iff the other end is strictly right of it (the object is on the
+//          left of its edges)
+//      a vertex v of the ring on the segment, u before it and w after it:
+//
+//               w   .           the ways from v to p and to q must lie between vw and vu, on the
+//                \ .  object    left: of uv and vw both if the ring turns left at v, of one of
+//            u -> v  . . e      them if it turns right; or else they lead out
+//
+// Contacts are found from the top of the tree: a node is passed over if its box has no point in
+// common with that of the segment, or lies on one side of its line beyond all rounding. Two rings
+// descend together, the larger node first; if none of their edges meet, one object holds the other
+// or they are apart, which any one vertex tells.
+//
+// Cost: the boxes that meet the segment; of two rings, the pairs of boxes that do.
+#pragma once
+
+#include "distance.hpp"
+#include "queries.hpp"
+
+namespace flintknap {
+
+inline Box box_of(Point a, Point b) {
+    return {std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)};
+}
+
+inline bool overlap(const Box& a, const Box& b) {
+    return (a.x_low <= b.x_high) & (b.x_low <= a.x_high) & (a.y_low <= b.y_high) &
+           (b.y_low <= a.y_high);
+}
+
+// The place of the lowest bit.
+inline Index lowest(std::int64_t bits) {
+    return __builtin_ctzll(static_cast<unsigned long long>(bits));
+}
+
+class Segment {
+   public:
+    Segment(Point from, Point to)
+        : p(from), q(to), box(box_of(p, q)), x_(q.x - p.x), y_(q.y - p.y) {}
+
+    // False only if nothing in the box is on the segment.
+    bool may_meet(const Box& b) const {
+        if (!overlap(box, b)) return false;
+        // Where the box lies as seen from p; each difference is an ulp off at most.
+        double x_low = b.x_low - p.x, x_high = b.x_high - p.x;
+        double y_low = b.y_low - p.y, y_high = b.y_high - p.y;
+        double middle = x_ * (y_low + y_high) - y_ * (x_low + x_high);
+        double reach = std::fabs(x_) * (y_high - y_low) + std::fabs(y_) * (x_high - x_low);
+        double terms = std::fabs(x_) * (std::fabs(y_low) + std::fabs(y_high)) +
+                       std::fabs(y_) * (std::fabs(x_low) + std::fabs(x_high));
+        return std::fabs(middle) <= reach + 16 * kUlp * terms;
+    }
+
+    // No point of the box that is on the segment comes before this parameter.
+    double entry(const Box& b) const {
+        double x = x_ > 0 ? (b.x_low - p.x) / x_ : x_ < 0 ? (b.x_high - p.x) / x_ : 0;
+        double y = y_ > 0 ? (b.y_low - p.y) / y_ : y_ < 0 ? (b.y_high - p.y) / y_ : 0;
+        return std::max(std::max(x, y), 0.0) * (1 - 16 * kUlp);
+    }
+
+    // The edges of a leaf that may meet the segment, as bits: those whose ends are not both beyond
+    // the same side of its box, or certainly on the same side of its line. Without a branch.
+    std::int64_t candidates(const Ring::Leaf& leaf, Index count) const {
+        std::int64_t before = 0, behind = 0, under = 0, over = 0, left = 0, right = 0;
+        for (Index i = 0; i < Ring::kRoom; ++i) {  // those behind the last count for nothing
+            std::int64_t bit = std::int64_t{1} << i;
+            double x = leaf.x[i], y = leaf.y[i];
+            before |= x < box.x_low ? bit : 0;
+            behind |= x > box.x_high ? bit : 0;
+            under |= y < box.y_low ? bit : 0;
+            over |= y > box.y_high ? bit : 0;
+            double first = x_ * (y - p.y), second = y_ * (x - p.x);
+            double slack = 16 * kUlp * (std::fabs(first) + std::fabs(second));
+            left |= first - second > slack ? bit : 0;
+            right |= second - first > slack ? bit : 0;
+        }
+        auto both = [](std::int64_t ends) { return ends & (ends >> 1); };
+        std::int64_t beside =
+            both(before) | both(behind) | both(under) | both(over) | both(left) | both(right);
+        return ~beside & ((std::int64_t{1} << count) - 1);
+    }
+
+    bool meets(Edge e) const {
+        return overlap(box, box_of(e.a, e.b)) && orient(e.a, e.b, p) * orient(e.a, e.b, q) <= 0 &&
+               orient(p, q, e.a) * orient(p, q, e.b) <= 0;
+    }
+
+    // Where it first meets an edge that it does meet.
+    double parameter(Edge e) const;
+
+    const Point p, q;
+    const Box box;
+
+   private:
+    double x_, y_;
+};
+
+// ------------------------------------------------------------------ parameters
+template <int N>
+Expansion<N> scaled(Expansion<N> e, int exponent) {
+    for (int n = 0; n < e.size; ++n) e.part[at(n)] = std::ldexp(e[n], exponent);
+    return e;
+}
+
+// part / whole, 0 < part <= whole, correctly rounded; `start` is a few ulps off at most. Scaled
+// to about 1 meanwhile, so that no product falls out of range.
+template <int M, int N>
+double exact_share(const Expansion<M>& part, const Expansion<N>& whole, double start) {
+    int exponent = std::ilogb(start);
+    double q = rounded_quotient(scaled(part, -exponent), whole, std::ldexp(start, -exponent));
+    return std::ldexp(q, exponent);
+}
+
+template <int N>
+Expansion<N> magnitude(const Expansion<N>& e) {
+    return e.sign() < 0 ? -e : e;
+}
+
+inline double Segment::parameter(Edge e) const {
+    int at_p = orient(e.a, e.b, p), at_q = orient(e.a, e.b, q);
+    if (at_p == 0 && at_q == 0) {
+        if (box_of(e.a, e.b).holds(p)) return 0;
+        Point first = p < q ? std::min(e.a, e.b) : std::max(e.a, e.b);
+        bool by_x = p.x != q.x;
+        auto part = by_x ? difference(first.x, p.x) : difference(first.y, p.y);
+        auto whole = by_x ? difference(q.x, p.x) : difference(q.y, p.y);
+        return exact_share(magnitude(part), magnitude(whole), part.estimate() / whole.estimate());
+    }
+    if (at_p == 0) return 0;
+    if (at_q == 0) return 1;
+    Pair to_p = accurate_cross(e.a, e.b, p), to_q = accurate_cross(e.a, e.b, q);
+    Pair t = pair_quotient(to_p, pair_sum(to_p, {-to_q.high, -to_q.low}));
+    double slack = t.high / (1ULL << 60) / (1 << 14);  // 2^-74: each of the above is off by 2^-79
+    double low = t.high + (t.low - slack), high = t.high + (t.low + slack);
+    if (low == high) return low;
+    auto part = magnitude(exact_cross(e.a, e.b, p));
+    return exact_share(part, part + magnitude(exact_cross(e.a, e.b, q)), t.high);
+}
+
+// ------------------------------------------------------------------ a segment and the ring
+// Calls f(leaf, place) for edges that meet the segment below node n until one call returns true;
+// returns whether one did.
+template <class F>
+bool any_contact(const Ring& ring, Index n, const Segment& s, F&& f) {
+    const Ring::Node& node = ring.node(n);
+    if (!s.may_meet(node.box)) return false;
+    if (node.right != kNone) {
+        return any_contact(ring, node.left, s, f) || any_contact(ring, node.right, s, f);
+    }
+    const Ring::Leaf& leaf = ring.leaf_at(node);
+    for (std::int64_t left = s.candidates(leaf, node.count); left != 0; left &= left - 1) {
+        Index i = lowest(left);
+        if (s.meets(edge_of(leaf, i)) && f(n, i)) return true;
+    }
+    return false;
+}
+
+inline bool intersects(const Ring& ring, const Segment& s) {
+    return !ring.empty() && any_contact(ring, ring.root(), s, [](Index, Index) { return true; });
+}
+
+// An edge by its leaf and its place there, and where the segment first meets it.
+struct Hit {
+    double t = std::numeric_limits<double>::quiet_NaN();
+    Index leaf = kNone, place = kNone;
+};
+
+class Hits {
+   public:
+    Hits(const Ring& ring, const Segment& s) : ring_(ring), s_(s) {}
+
+    Hit first() {
+        if (!ring_.empty() && s_.may_meet(ring_.node(ring_.root()).box)) enter(ring_.root());
+        return first_;
+    }
+
+    // By parameter, then by start.
+    std::vector<Hit> all() const {
+        std::vector<Hit> hits;
+        if (ring_.empty()) return hits;
+        any_contact(ring_, ring_.root(), s_, [&](Index n, Index i) {
+            hits.push_back({s_.parameter(edge_of(ring_.leaf(n), i)), n, i});
+            return false;
+        });
+        std::sort(hits.begin(), hits.end(),
+                  [&](const Hit& a, const Hit& b) { return comes_before(a, b); });
+        return hits;
+    }
+
+   private:
+    bool comes_before(const Hit& a, const Hit& b) const {
+        if (a.t != b.t) return a.t < b.t;
+        return edge_of(ring_.leaf(a.leaf), a.place).a < edge_of(ring_.leaf(b.leaf), b.place).a;
+    }
+
+    // A node that the segment may meet, before the first hit so far.
+    void enter(Index n) {
+        const Ring::Node& node = ring_.node(n);
+        if (node.right == kNone) {
+            const Ring::Leaf& leaf = ring_.leaf_at(node);
+            for (std::int64_t left = s_.candidates(leaf, node.count); left != 0; left &= left - 1) {
+                Index i = lowest(left);
+                if (!s_.meets(edge_of(leaf, i))) continue;
+                Hit hit = {s_.parameter(edge_of(leaf, i)), n, i};
+                if (first_.leaf == kNone || comes_before(hit, first_)) first_ = hit;
+            }
+            return;
+        }
+        const Box &left = ring_.node(node.left).box, &right = ring_.node(node.right).box;
+        bool left_first = s_.entry(left) <= s_.entry(right);
+        for (Index child : {left_first ? node.left : node.right,  //
+                            left_first ? node.right : node.left}) {
+            const Box& box = ring_.node(child).box;
+            bool too_late = first_.leaf != kNone && s_.entry(box) > first_.t;
+            if (!too_late && s_.may_meet(box)) enter(child);
+        }
+    }
+
+    const Ring& ring_;
+    const Segment& s_;
+    Hit first_;
+};
+
+// Whether the way from v to e leads out of the object, u being before v on the ring and w after it.
+inline bool leads_out(Point u, Point v, Point w, Point e) {
+    bool left_of_first = orient(u, v, e) >= 0, left_of_second = orient(v, w, e) >= 0;
+    int turn = orient(u, v, w);
+    if (turn == 0) return !left_of_first;
+    return turn > 0 ? !(left_of_first && left_of_second) : !(left_of_first || left_of_second);
+}
+
+// Whether a segment leads out of the object at an edge that it meets, or at the start of that edge.
+inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& s) {
+    const Ring::Leaf& leaf = ring.leaf(n);
+    auto [a, b] = edge_of(leaf, place);
+    int at_p = orient(a, b, s.p), at_q = orient(a, b, s.q);
+    int at_a = orient(s.p, s.q, a), at_b = orient(s.p, s.q, b);
+    if (at_p * at_q < 0 && at_a * at_b < 0) return true;
+    bool vertices = s.p == a || s.p == b || s.q == a || s.q == b;
+    const Box edge = box_of(a, b);
+    if (!vertices && at_p == 0 && edge.holds(s.p) && at_q < 0) return true;
+    if (!vertices && at_q == 0 && edge.holds(s.q) && at_p < 0) return true;
+    if (at_a != 0 || !s.box.holds(a)) return false;
+    Point before = place > 0 ? Point{leaf.x[place - 1], leaf.y[place - 1]} : Point{};
+    if (place == 0) {
+        Index m = ring.leaf_before(n);
+        before = edge_of(ring.leaf(m), ring.node(m).count - 1).a;
+    }
+    return (!(s.p == a) && leads_out(before, a, b, s.p)) ||
+           (!(s.q == a) && leads_out(before, a, b, s.q));
+}
+
+// Whether a segment lies in the closed object.
+inline bool holds_segment(const Ring& ring, const Segment& s) {
+    if (side(ring, s.p) < 0 || side(ring, s.q) < 0) return false;
+    return !any_contact(ring, ring.root(), s,
+                        [&](Index n, Index i) { return leads_out_at(ring, n, i, s); });
+}
+
+// ------------------------------------------------------------------ two rings
+// Whether edges below node m of one ring and node n of the other have a point in common.
+inline bool have_contact(const Ring& one, Index m, const Ring& other, Index n) {
+    const Ring::Node &a = one.node(m), &b = other.node(n);
+    if (!overlap(a.box, b.box)) return false;
+    bool a_is_leaf = a.right == kNone, b_is_leaf = b.right == kNone;
+    if (a_is_leaf && b_is_leaf) {
+        const Ring::Leaf& leaf = one.leaf_at(a);
+        for (Index i = 0; i < a.count; ++i) {
+            auto [p, q] = edge_of(leaf, i);
+            auto met = [](Index, Index) { return true; };
+            if (any_contact(other, n, Segment(p, q), met)) return true;
+        }
+        return false;
+    }
+    if (b_is_leaf || (!a_is_leaf && a.count >= b.count)) {
+        return have_contact(one, a.left, other, n) || have_contact(one, a.right, other, n);
+    }
+    return have_contact(one, m, other, b.left) || have_contact(one, m, other, b.right);
+}
+
+// Whether the closed objects have a point in common.
+inline bool collide(const Ring& a, const Ring& b) {
+    if (a.empty() || b.empty()) return false;
+    const Ring::Leaf &of_a = a.leaf(a.first_leaf(a.root())), &of_b = b.leaf(b.first_leaf(b.root()));
+    return side(a, {of_b.x[0], of_b.y[0]}) >= 0 || side(b, {of_a.x[0], of_a.y[0]}) >= 0 ||
+           have_contact(a, a.root(), b, b.root());
+}
+
+}  // namespace flintknap
