@@ -4,6 +4,8 @@
     curve        in order along r = 1 + 0.3 sin 9t + 0.05 sin 53t, one point at random in each of
                  n equal cells of t (equal steps would be symmetric, full of cocircular points)
     noisy_curve  the same, each point moved by normal noise of one spacing: no order is left
+    coast        in order along a hexagon whose longest edges are broken again and again, each by
+                 up to a fraction of its length to either side
     grid         a square lattice: every two neighbouring triangles are cocircular
     maze         in order along a simple polygon through a jittered grid, the outline of a random
                  spanning tree: as crooked as a polygon through so many points can be
@@ -48,6 +50,23 @@ def noisy_curve(n: int, seed: int = 3) -> Points:
     step = np.roll(clean, -1, axis=0) - clean
     spacing = float(np.hypot(step[:, 0], step[:, 1]).mean())
     return clean + np.random.default_rng(seed).normal(0, spacing, clean.shape)
+
+
+def coast(n: int, seed: int = 5, rough: float = 1.1) -> Points:
+    """Return n points in order along a line as crooked on every scale, its edges about as long."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(6) * (np.pi / 3)
+    line = np.column_stack((np.cos(t), np.sin(t)))
+    while len(line) < n:
+        step = np.roll(line, -1, axis=0) - line
+        longest = np.argsort(-np.hypot(step[:, 0], step[:, 1]), kind="stable")
+        breaking = np.sort(longest[: min(len(line) // 3 + 1, n - len(line))])
+        aside = rough * rng.uniform(-0.5, 0.5, (len(breaking), 1))
+        across = np.column_stack((-step[breaking, 1], step[breaking, 0]))
+        line = np.insert(
+            line, breaking + 1, line[breaking] + step[breaking] / 2 + aside * across, 0
+        )
+    return line
 
 
 def grid(n: int) -> Points:

@@ -180,6 +180,16 @@ Call grown_set(const Sites& points) {
     };
 }
 
+// The tree of Flintstones, down to a level.
+Call approximate(Index level) {
+    return [=](Object& object) {
+        settle(object);
+        if (object.ring().empty()) return;
+        object.hierarchy().cut({level, Hierarchy::kAnyError}, nothing_to_poll,
+                               [](const Hierarchy::Edge&) {});
+    };
+}
+
 Sites with(Sites points, const Sites& more) {
     points.insert(points.end(), more.begin(), more.end());
     return points;
@@ -231,7 +241,7 @@ void storm(std::uint64_t seed) {
         Sites batch(random(8));
         for (Point& p : batch) p = anywhere();
         bool shrinks = step / 150 % 2 == 0;
-        std::size_t what = random(8);
+        std::size_t what = random(9);
         std::vector<double> before = state(object);
         rain = 1 + unsigned(random(12));
         dice.seed(unsigned(next));
@@ -241,8 +251,9 @@ void storm(std::uint64_t seed) {
             if (what == 1) object.place(nothing_to_poll);
             if (what == 2) insert(object, batch);
             if (what == 3 && some != kNone) object.move(some, to);
-            if (what == 4 || (what > 4 && !shrinks)) object.insert(to);
-            if (what > 4 && shrinks && some != kNone) object.remove(some);
+            if (what == 4 || (what > 4 && what < 8 && !shrinks)) object.insert(to);
+            if (what == 8) approximate(Index(random(12)))(object);
+            if (what > 4 && what < 8 && shrinks && some != kNone) object.remove(some);
         } catch (const std::bad_alloc&) {
             failed = true;
         }
@@ -339,6 +350,17 @@ int main() {
     watch_all(
         "remove after a removal", [=](Object& o) { settled_set(many)(o), remove(o, many[5]); },
         remove_one(many[9]));
+
+    // approximations: of a set, and after changes to one
+    Sites enough(many.begin(), many.begin() + 1100);
+    watch_all("approximate", settled_set(some), approximate(99));
+    watch_all(
+        "approximate after one came and one left",
+        [=](Object& o) {
+            settled_set(enough)(o), approximate(99)(o);
+            remove(o, enough[5]), insert_far(o);
+        },
+        approximate(4));
 
     // slots and hints are used again
     watch_all(

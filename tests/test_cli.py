@@ -16,9 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from flintknap import log
+from flintknap import export, log
 from flintknap.cli import main
 from flintknap.events import Insert, Query, Remove
+from flintknap.replay import replay
 
 LOGS = Path(__file__).parents[1] / "replay_logs"
 EXPECTED = json.loads((LOGS / "digests.json").read_text())
@@ -83,7 +84,7 @@ def test_summary_for_people(run):
         assert row.startswith(f"{name} ")
         assert f" {facts['events']:,} " in row
         assert f" {facts['points']:,} " in row
-        assert f" locked, {facts['inside']} inside " in row
+        assert f" {facts['status']} " in row
         assert f" {facts['vertices']:,} " in row
         assert row.endswith(f" {facts['digest']}")
     assert speed.startswith("3,000 events in ")
@@ -157,6 +158,43 @@ def test_pictures_and_polygons(run, tmp_path, asked):
         "it.geojson",
         "it.svg",
     ]
+
+
+def test_approximations_are_drawn(run, tmp_path, asked):
+    plain, level, adaptive = tmp_path / "plain", tmp_path / "level", tmp_path / "adaptive"
+    assert run(asked, "--svg", plain)[0] == 0
+    assert run(asked, "--svg", level, "--level", "1")[0] == 0
+    assert run(asked, "--svg", adaptive, "--tolerance", "0.5")[0] == 0
+    engines = replay(asked).engines
+    assert level.read_text() == export.svg(engines, level=1)
+    assert adaptive.read_text() == export.svg(engines, tolerance=0.5)
+    assert 'class="stones"' in level.read_text()
+    assert 'class="stones"' not in plain.read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--level", "2", "--tolerance", "1"], "not allowed with"),
+        (["--level", "-1"], "expected an integer, 0 or more"),
+        (["--level", "2.5"], "expected an integer, 0 or more"),
+        (["--tolerance", "nan"], "expected a number, 0 or more"),
+        (["--tolerance=-1"], "expected a number, 0 or more"),
+    ],
+)
+def test_bad_approximations_are_refused(capsys, tmp_path, asked, options, words):
+    with pytest.raises(SystemExit) as exit_:
+        main(["replay", str(asked), "--svg", str(tmp_path / "it"), *options])
+    assert exit_.value.code == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "it").exists()
+
+
+def test_an_approximation_without_a_picture_is_refused(capsys, asked):
+    with pytest.raises(SystemExit) as exit_:
+        main(["replay", str(asked), "--level", "2"])
+    assert exit_.value.code == 2
+    assert "--svg" in capsys.readouterr().err
 
 
 def test_a_log_without_events(run, tmp_path):

@@ -20,8 +20,8 @@ LOCKED = [(0, 0), (1, 1), (2, 1), (2, 5), (3, 0), (3, 2), (5, 0)]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def engine(points):
-    made = fk.Engine()
+def engine(points, d_min=-1.0):
+    made = fk.Engine(d_min)
     made.insert(np.array(points, np.float64).reshape(-1, 2))
     return made
 
@@ -32,10 +32,10 @@ def features(**objects):
     return collection["features"]
 
 
-def picture(**objects):
+def picture(level=None, tolerance=None, **objects):
     """The picture as (root, viewBox, {class: [d of each path]})."""
-    root = ElementTree.fromstring(export.svg(objects))
-    paths = {"area": [], "dots": [], "inside": []}
+    root = ElementTree.fromstring(export.svg(objects, level=level, tolerance=tolerance))
+    paths = {"area": [], "dots": [], "inside": [], "stones": [], "cut": [], "corners": []}
     for path in root.iter(f"{SVG}path"):
         paths[path.get("class")].append(path.get("d"))
     return root, [float(v) for v in root.get("viewBox").split()], paths
@@ -98,7 +98,7 @@ def test_svg_of_a_square():
 
 
 def test_svg_marks_what_is_left_inside():
-    it = engine(LOCKED)
+    it = engine(LOCKED, d_min=0.0)
     assert it.boundary().status == "locked"
     _, _, paths = picture(it=it)
     (marks,) = paths["inside"]
@@ -176,3 +176,62 @@ def test_the_set_decides_not_its_history(exported):
     assert exported({"it": engine(rng.permutation(np.concatenate([xy, xy[:50]])))}) == text
     line = np.column_stack([rng.permutation(50), np.zeros(50)])
     assert exported({"it": engine(line)}) == exported({"it": engine(rng.permutation(line))})
+
+
+# ---------------------------------------------------------------------- approximations
+def test_svg_draws_an_approximation_and_its_flintstones():
+    # The base is a diameter of the smallest disc; above it a half disc, below a flatter segment.
+    it = engine([(-1.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, -0.5)])
+    _, box, paths = picture(level=0, it=it)
+    assert box == [0, 0, 1040, 790]
+    (cut,), (stones,), (corners,) = paths["cut"], paths["stones"], paths["corners"]
+    assert cut == "M20,520 1020,520Z"
+    assert corners == "M20,520h0M1020,520h0"
+    # From left to right along the lower arc, radius (1 + 0.25) / 2 * 2; the way back is straight.
+    assert "A625,625 0 0 0 1020,520L20,520Z" in stones
+    # From right to left along the upper half circle.
+    assert "A500,500 0 " in stones
+    assert paths["dots"] == []
+    _, _, paths = picture(tolerance=0.0, it=it)
+    assert paths["stones"] == [""]  # single edges: nothing but the chords
+    assert len(numbers(paths["cut"][0])) == 4
+
+
+@given(strategies.point_sets())
+def test_svg_holds_every_flintstone_within_its_margin(xy):
+    it = engine(xy)
+    _, (_, _, width, height), paths = picture(level=2, it=it)
+    drawn = np.concatenate([numbers(d) for d in paths["area"] + paths["cut"]] or [np.ones((0, 2))])
+    assert (drawn >= export.MARGIN).all()
+    assert (drawn <= np.array([width, height]) - export.MARGIN + 0.01).all()
+    assert len(paths["stones"]) == (it.boundary().status != "degenerate")
+
+
+def test_svg_has_room_for_flintstones_that_bulge():
+    # A hook: seen from its tip the chord of a level is short, so the disc on it is far wider.
+    it = engine([(0, 0), (10, 0), (10.5, 4), (9, 7), (6, 6.5), (6, 5), (8, 4), (8, 2), (0, 1)])
+    for level in range(4):
+        areas = it.localize(level=level)
+        _, (_, _, width, height), _ = picture(level=level, it=it)
+        assert max(width, height) == export.SIZE + 2 * export.MARGIN
+        low, high = reach(areas)
+        size = (high - low).max()
+        assert width == pytest.approx((high - low)[0] / size * 1000 + 40, abs=0.5)
+        assert height == pytest.approx((high - low)[1] / size * 1000 + 40, abs=0.5)
+
+
+def reach(areas):
+    """Of the union of Flintstones, by looking at many places of each rim, and of the ends."""
+    places = [areas.chord.reshape(-1, 2)]
+    angle = np.linspace(0, 2 * np.pi, 4000, endpoint=False)
+    for k in range(len(areas)):
+        for side in (0, 1):
+            if np.isfinite(areas.radius[k, side]):
+                rim = areas.center[k, side] + areas.radius[k, side] * np.column_stack(
+                    [np.cos(angle), np.sin(angle)]
+                )
+                places.append(
+                    rim[areas.contains(rim * (1 - 1e-12) + 1e-12 * areas.chord[k, 0])[:, k]]
+                )
+    every = np.concatenate(places)
+    return every.min(axis=0), every.max(axis=0)

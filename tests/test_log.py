@@ -24,7 +24,9 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 names = st.text(st.characters(exclude_categories=["Cs"]))
 inserts = st.builds(Insert, t=finite, object=names, x=finite, y=finite)
 kinds = st.sampled_from(["side", "contains"])
-queries = st.builds(Query, t=finite, object=names, kind=kinds, x=finite, y=finite)
+queries = st.builds(Query, t=finite, object=names, kind=kinds, x=finite, y=finite) | st.builds(
+    Query, t=finite, kind=st.just("side"), x=finite, y=finite, level=st.integers(0, 2**31 - 1)
+)
 ids = st.integers(0, 2**63 - 1)
 removes = st.builds(Remove, t=finite, object=names, id=ids) | st.builds(
     Remove, t=finite, object=names, x=finite, y=finite
@@ -220,6 +222,9 @@ BAD = {
     b'{"op":"insert","t":0.5,"object":"\xff","x":1.0,"y":2.0}': "utf-8",
     "{'op':'insert'}".encode("utf-16-le"): "malformed",
     b'{"op":"query","t":0.5,"x":1.0,"y":2.0}': "`kind`",
+    b'{"op":"query","t":0.5,"kind":"contains","x":1.0,"y":2.0,"level":1}': "`level`",
+    b'{"op":"query","t":0.5,"kind":"side","x":1.0,"y":2.0,"level":-1}': "`$.level`",
+    b'{"op":"query","t":0.5,"kind":"side","x":1.0,"y":2.0,"level":1.5}': "`int`",
     b'{"op":"query","t":0.5,"kind":"distance","x":1.0,"y":2.0}': "distance",
     b'{"op":' + b"[" * 5000: "recursion",
 }

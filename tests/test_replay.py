@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import UNSET
 
 import flintknap as fk
 from flintknap import log
@@ -156,6 +157,22 @@ def test_an_answer_waits_for_nothing():
 
     replay(live(), answer=answers.append)
     assert len(answers) == 2
+
+
+def test_sides_at_a_level():
+    answers = []
+    corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
+    events = [Insert(t=0.0, x=x, y=y) for x, y in corners]
+    for level in (UNSET, 0, 1):
+        for x, y in ((2.0, 1.0), (9.0, 9.0)):
+            events.append(Query(t=1.0, kind="side", x=x, y=y, level=level))
+    engine = replay(events, answer=answers.append).engines["object"]
+    assert [(a.level, a.answer) for a in answers] == [
+        *((UNSET, 1), (UNSET, -1)),
+        *((0, 0), (0, -1)),
+        *((1, engine.side(2.0, 1.0, level=1)), (1, -1)),
+    ]
+    assert answers[-2].answer == 1
 
 
 def test_an_object_asked_before_it_has_points():

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from fractions import Fraction
-
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flintknap as fk
 import oracles
 import strategies
-from flintknap import reference, widening
+from flintknap import reference
 
 relentless = settings(deadline=None, max_examples=300)
 
@@ -97,3 +93,100 @@ def test_captures_meet_the_definition(xy, d_min):
     assert d_min == 0 or found.captures[:n] == less.captures
     assert reference.widen(xy, 0).captures == []
     assert reference.widen(xy, 0).ring.tolist() == reference.constrict(xy).ring.tolist()
+
+
+@pytest.mark.parametrize("d_min", [-1.5, 0.1, math.nan, math.inf, "deep", None])
+def test_a_limit_that_is_none(d_min):
+    with pytest.raises(fk.InputError, match=r"d_min: got .*, expected a number from -1 to 0"):
+        fk.Engine(d_min=d_min)
+
+
+@given(st.floats(-1, 0, exclude_min=True))
+def test_the_limit_is_exact(d_min):
+    """The cotangent is the last whose gamma is no less than d_min."""
+    cot = widening.least_cotangent(d_min)
+    assert reference.widening.may(cot, d_min)
+    assert not reference.widening.may(math.nextafter(cot, -math.inf), d_min)
+    assert (1 + Fraction(d_min)) ** 2 * (1 + Fraction(cot) ** 2) <= 1
+
+
+def test_limits_at_the_ends():
+    assert widening.least_cotangent(-1) == -math.inf
+    assert widening.least_cotangent(0) == widening.least_cotangent(-0.0) == 0
+
+
+def test_locked_and_widened():
+    """Two diagonals of a cocircular quadrilateral: what needs no widening is taken, too."""
+    locked = built(LOCKED, 0.0).boundary()
+    assert (locked.ids.tolist(), locked.inside.tolist()) == ([0, 4, 6, 5, 3, 1], [2])
+    widened = built(LOCKED).boundary()
+    assert (widened.ids.tolist(), widened.status, widened.d) == ([0, 2, 4, 6, 5, 3, 1], "closed", 0)
+
+
+def test_a_limit_on_the_way_leaves_the_point_inside():
+    xy = np.random.default_rng(2).random((300, 2))
+    whole = built(xy).boundary()
+    assert whole.status == "closed"
+    assert whole.d < 0
+    just, short = built(xy, whole.d * (1 + 1e-12)), built(xy, whole.d * (1 - 1e-12))
+    assert just.boundary().xy.tolist() == whole.xy.tolist()
+    boundary = short.boundary()
+    assert (boundary.status, boundary.d > whole.d) == ("locked", True)
+    assert (short.side(short.points(boundary.inside)) == 1).all()
+
+
+def test_snapshots_keep_the_limit_and_go_on(tmp_path):
+    rng = np.random.default_rng(4)
+    engine = built(rng.random((2000, 2)), -0.15)
+    engine.save(tmp_path / "it")
+    again = fk.load(tmp_path / "it")
+    assert again.d_min == -0.15
+    for it in (engine, again):
+        it.insert(0.3, 0.7)
+        it.remove(5)
+        it.check()
+    assert again.boundary().xy.tolist() == engine.boundary().xy.tolist()
+    assert again.boundary().d == engine.boundary().d
+    again.clear()
+    assert again.d_min == -0.15
+
+
+def spiral(n):
+    t = np.sqrt(np.linspace(1, 60, n))
+    return np.column_stack((t * np.cos(5 * t), t * np.sin(5 * t)))
+
+
+def combs(n):
+    """Two combs whose teeth lie between each other's."""
+    y = np.linspace(0, 1, n // 20)
+    left = [np.column_stack((np.full(len(y), x), y)) for x in range(10)]
+    right = [np.column_stack((np.full(len(y), x + 0.5), y + 0.3)) for x in range(10)]
+    return np.concatenate(left + right)
+
+
+def noisy(n, spacings):
+    t = np.sort(np.random.default_rng(n).random(n)) * 2 * np.pi
+    xy = np.column_stack((np.cos(t), np.sin(t))) * (1 + 0.3 * np.sin(5 * t))[:, np.newaxis]
+    return xy + np.random.default_rng(1).normal(0, spacings * 8 / n, xy.shape)
+
+
+HARD = {
+    "uniform": lambda n: np.random.default_rng(n).random((n, 2)),
+    "noise of half a spacing": lambda n: noisy(n, 0.5),
+    "noise of three spacings": lambda n: noisy(n, 3.0),
+    "spiral": spiral,
+    "combs": combs,
+    "grid": lambda n: np.argwhere(np.ones((round(n**0.5),) * 2)).astype(float),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+@pytest.mark.parametrize("n", [500, 5000])
+def test_no_point_is_left_inside_of_hard_sets(name, n):
+    xy = HARD[name](n)
+    engine = built(xy)
+    boundary = engine.boundary()
+    engine.check()
+    assert (boundary.status, len(boundary)) == ("closed", len(engine))
+    oracles.judge_boundary_by_shapely(engine.points(), boundary.ids, boundary.inside)
+    assert (engine.side(boundary.xy) == 0).all()

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from flintknap.collision import Crossings, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
+    from flintknap.flintstones import Approximation, Flintstones
     from flintknap.scene import Scene
     from flintknap.smooth import BezierCurve
     from flintknap.snapshot import load
@@ -25,10 +26,12 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_MAGNITUDE",
     "MIN_MAGNITUDE",
+    "Approximation",
     "BezierCurve",
     "Boundary",
     "Crossings",
     "Engine",
+    "Flintstones",
     "Hit",
     "InputError",
     "InvariantError",
@@ -45,6 +48,7 @@ _ROOMS = {
     "collision": ["Crossings", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],
+    "flintstones": ["Approximation", "Flintstones"],
     "_kernel": ["MAX_MAGNITUDE", "MIN_MAGNITUDE"],
     "scene": ["Scene"],
     "smooth": ["BezierCurve"],

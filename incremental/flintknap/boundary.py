@@ -24,9 +24,9 @@ class Boundary(Polygonal):
     Attributes:
         ids: int64 (n,), the points along the ring.
         xy: float64 (n, 2), their coordinates, in the unit of the input.
-        status: "closed" if the ring passes through every point; "locked" if constriction of the
-            Delaunay triangulation stopped before, and then the ring is a simple polygon through
-            the others; "degenerate" if there is no polygon (fewer than three points, or all on a
+        status: "closed" if the ring passes through every point; "locked" if constriction stopped
+            before, though the gamma-graph was widened as far as it may be, and then the ring is a
+            simple polygon through the others; "degenerate" if there is no polygon (fewer than three points, or all on a
             line), and then the ring is empty.
         inside: int64 (m,), the points that lie inside the ring instead of on it, by coordinates.
         d: how far the gamma-graph was widened; 0.0 is the Delaunay triangulation.

@@ -37,7 +37,11 @@ EXIT_CODES = (
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; bad usage raises SystemExit(2)."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    drawn = options.verb == "replay" and (options.level, options.tolerance) != (None, None)
+    if drawn and options.svg is None:
+        parser.error("--level and --tolerance say what --svg draws, which is not given")
     try:
         from flintknap import commands
 
@@ -87,6 +91,7 @@ examples:
         "queries go to standard output as JSON Lines, the summary to standard error.",
         """\
   flintknap replay log.jsonl.gz --svg boundary.svg --geojson boundary.geojson
+  flintknap replay log.jsonl.gz --svg coarse.svg --level 4
   flintknap replay log.jsonl.gz --until 3600 --object hull --json
   tail -f feed.jsonl | flintknap replay - --window 60 > answers.jsonl""",
     )
@@ -97,6 +102,13 @@ examples:
         "--window", metavar="SECONDS", type=_seconds, help="points leave when they are so old"
     )
     verb.add_argument("--svg", metavar="FILE", type=Path, help="draw the boundaries")
+    cut = verb.add_mutually_exclusive_group()
+    cut.add_argument(
+        "--level", metavar="N", type=_level, help="draw the approximation of that level, too"
+    )
+    cut.add_argument(
+        "--tolerance", metavar="T", type=_tolerance, help="or that which strays no farther than T"
+    )
     verb.add_argument("--geojson", metavar="FILE", type=Path, help="write the boundaries")
     verb.add_argument(
         "--collisions", action="store_true", help="report contacts of objects as they begin and end"
@@ -151,6 +163,22 @@ examples:
     )
     verb.add_argument("log", metavar="LOG", help=LOG)
     return parser
+
+
+def _level(text: str) -> int:
+    with suppress(ValueError):
+        value = int(text)
+        if value >= 0:
+            return value
+    raise argparse.ArgumentTypeError(f"got {text!r}, expected an integer, 0 or more")
+
+
+def _tolerance(text: str) -> float:
+    with suppress(ValueError):
+        value = float(text)
+        if value >= 0:  # false, too, for what is not a number
+            return value
+    raise argparse.ArgumentTypeError(f"got {text!r}, expected a number, 0 or more")
 
 
 def _add(verbs: Any, name: str, summary: str, about: str, examples: str) -> argparse.ArgumentParser:

@@ -10,6 +10,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,11 +35,12 @@ if TYPE_CHECKING:
 
 def replay(options: argparse.Namespace) -> int:
     """Apply a log; print answers and, with --json, the summary; write pictures and polygons."""
+    draw = partial(export.svg, level=options.level, tolerance=options.tolerance)
     with ExitStack() as files:
         # Opened first: what cannot be written should not cost a replay.
         outputs = [
             (files.enter_context(replacing(path)), exported)
-            for path, exported in ((options.svg, export.svg), (options.geojson, export.geojson))
+            for path, exported in ((options.svg, draw), (options.geojson, export.geojson))
             if path is not None
         ]
         started = time.perf_counter()

@@ -27,6 +27,7 @@ from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
 from flintknap.collision import Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError, InvariantError
+from flintknap.flintstones import Approximation, Flintstones, flintstones
 from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ class Engine:
     """
 
     def __init__(self, d_min: float = -1.0) -> None:
-        self._kernel = Kernel(float(d_min), least_cotangent(d_min))
+        least = least_cotangent(d_min)
+        self._kernel = Kernel(float(d_min), least)
         self._boundary: tuple[int, Boundary] | None = None
         self._smooth: tuple[tuple[int, str, int], BezierCurve] | None = None
 
@@ -172,8 +174,17 @@ class Engine:
             self._boundary = revision, self._make_boundary()
         return self._boundary[1]
 
-    def smooth(self, *, weights: Weights = "length", degree: Literal[2, 3] = 3) -> BezierCurve:
+    def smooth(
+        self,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+        weights: Weights = "length",
+        degree: Literal[2, 3] = 3,
+    ) -> BezierCurve:
         """Return a smooth curve through the vertices of the boundary (section 5.1).
+
+        With a ``level`` or a ``tolerance``: through those of that approximation.
 
         ``weights`` says how the sides at a vertex add up to its tangent: by "length", the longer
         counting for more; "uniform"; or by "inverse" length, the closer neighbour counting for
@@ -181,6 +192,9 @@ class Engine:
         tangents, which hardly any polygon has that is not convex: InputError names the vertices
         where there is none. O(n) after a change, O(1) if none.
         """
+        if level is not None or tolerance is not None:
+            cut = self.approximate(level=level, tolerance=tolerance)
+            return smooth.curve(cut.ids, cut.xy, weights, degree, None)
         asked = self.revision, weights, degree
         if self._smooth is None or self._smooth[0] != asked:
             polygon = self.boundary()
@@ -191,18 +205,30 @@ class Engine:
         return self._smooth[1]
 
     @overload
-    def side(self, x: float, y: float) -> int: ...
+    def side(self, x: float, y: float, *, level: int | None = None) -> int: ...
     @overload
-    def side(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int8]: ...
-    def side(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int8]:
+    def side(
+        self, x: ArrayLike, y: ArrayLike | None = None, *, level: int | None = None
+    ) -> int | NDArray[np.int8]: ...
+    def side(
+        self, x: ArrayLike, y: ArrayLike | None = None, *, level: int | None = None
+    ) -> int | NDArray[np.int8]:
         """Tell where places lie: +1 inside the object, 0 on its boundary, -1 outside. Exact.
 
         Numbers or arrays, as in insert; an int for two numbers, else int8 of the common shape. A
         degenerate object has no boundary and no inside: -1 everywhere. O(log n) a place on curves;
         on rings as crooked as can be, a few times that (theory.md, section 4).
 
-        Raises InputError naming the first row at fault.
+        With a ``level``, from the approximation of that level and its Flintstones (section 4.1):
+        +1 and -1 where they are certain, 0 in a Flintstone of the level that lies in Flintstones
+        of all levels above. The tree is refined along the way of each place only.
+
+        Raises InputError naming the first row at fault, or for a bad level.
         """
+        if level is not None:
+            xs, ys = inputs.pairs(x, y)
+            answers = self._kernel.side_at_level(xs.ravel(), ys.ravel(), inputs.level(level))
+            return int(answers[0]) if xs.ndim == 0 else answers.reshape(xs.shape)
         if isinstance(x, float) and isinstance(y, float):
             side = self._kernel.side(x, y)
             if side > 1:
@@ -339,6 +365,62 @@ class Engine:
         if not math.isfinite(at_least):
             raise InputError(f"at_least: got {at_least!r}, expected a finite number")
         return self._kernel.is_clear(other._kernel, at_least)
+
+    # ------------------------------------------------------------------ approximations
+    def approximate(
+        self, *, level: int | None = None, tolerance: float | None = None
+    ) -> Approximation:
+        """Return a polygon through some vertices of the boundary (section 4.1).
+
+        With a ``level``: the vertices of all levels down to it, so that each level has those of the
+        level before; two on level 0, at most twice as many on the next. With a ``tolerance``: edges
+        are split only while the boundary strays farther than that, in the unit of the input.
+
+        A degenerate object has no vertices. The tree is refined as far as the answer needs, once:
+        a search for each edge that is reached for the first time, at worst as long as the stretch
+        of the boundary behind it; then O(1) an edge.
+
+        Raises InputError unless one of the two is given, the level an integer, neither negative.
+        """
+        ids, xy, error, deepest = self._kernel.approximate(*inputs.cut(level, tolerance))
+        for array in (ids, xy, error):
+            array.flags.writeable = False
+        return Approximation(ids, xy, error, deepest)
+
+    def localize(self, *, level: int | None = None, tolerance: float | None = None) -> Flintstones:
+        """Return the Flintstones of an approximation's edges: areas that hold the boundary.
+
+        Arguments, errors and cost are those of approximate, of which row k is about edge k. The
+        Flintstone of an edge of the boundary is the edge itself (section 4.1).
+        """
+        ids, ends, seen = self._kernel.localize(*inputs.cut(level, tolerance))
+        return flintstones(ids, ends.reshape(-1, 2, 2), seen)
+
+    def level_for(self, tolerance: float) -> int:
+        """Return the first level of which approximate has no larger error than ``tolerance``.
+
+        0 if the object is degenerate. The tree is refined down to that level.
+
+        Raises InputError for a tolerance that is negative or no number.
+        """
+        return self._kernel.level_for(inputs.tolerance(tolerance))
+
+    @property
+    def levels(self) -> int:
+        """The deepest level that queries have reached so far; 0 before any.
+
+        Changes may take levels back. See level_for(0.0) for the depth of the whole tree.
+        """
+        return self._kernel.refined()[1]
+
+    @property
+    def refined(self) -> int:
+        """How many nodes the tree has so far: the base, and one for each vertex below level 0.
+
+        Nodes exist where a query has reached them; changes take away those that are no longer what
+        they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all.
+        """
+        return self._kernel.refined()[0]
 
     # ------------------------------------------------------------------ the gamma-graph
     def edges(

@@ -20,6 +20,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 Id = Annotated[int, msgspec.Meta(ge=0, le=2**63 - 1)]
+Level = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Kind = Literal["side", "contains"]
 
 
@@ -76,13 +77,21 @@ class Move(_Record, tag_field="op", tag="move", frozen=True, kw_only=True):
 
 
 class Query(_Record, tag_field="op", tag="query", frozen=True, kw_only=True):
-    """Ask the object, as of this line, for `Engine.side` or `Engine.contains` of (x, y)."""
+    """Ask the object, as of this line, for `Engine.side` or `Engine.contains` of (x, y).
+
+    With a ``level``, which only "side" has, for the side as far as that level tells.
+    """
 
     t: float
     object: str = "object"
     kind: Kind
     x: float
     y: float
+    level: Level | UnsetType = UNSET
+
+    def __post_init__(self) -> None:
+        if self.level is not UNSET and self.kind != "side":
+            raise ValueError(f"Object has field `level`, which kind `{self.kind}` has not")
 
 
 class Answer(_Record, frozen=True, kw_only=True):
@@ -93,6 +102,7 @@ class Answer(_Record, frozen=True, kw_only=True):
     kind: Kind
     x: float
     y: float
+    level: Level | UnsetType = UNSET
     answer: int | bool
 
 

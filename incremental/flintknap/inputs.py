@@ -10,6 +10,7 @@ Cost: O(1) a scalar, O(n) an array, without a copy where the input is float64 al
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+DEEPEST = 2**31 - 1  # level of any vertex
+NO_TOLERANCE = -1.0  # which no error keeps
+
 _EXPECTED = f"0 or a magnitude from {MIN_MAGNITUDE:g} to {MAX_MAGNITUDE:g}"
 
 
@@ -32,6 +36,38 @@ def scalar(value: float, name: str) -> float:
     if value == 0:
         return value
     raise InputError(f"{name}: got {value!r}, expected {_EXPECTED}", row=0)
+
+
+def level(value: object) -> int:
+    """Return a level of the tree, cut off at DEEPEST, or raise InputError."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0:
+        return min(int(value), DEEPEST)
+    raise InputError(f"level: got {value!r}, expected an integer, 0 or more")
+
+
+def tolerance(value: object) -> float:
+    """Return a bound on errors, or raise InputError."""
+    if isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool):
+        try:
+            bound = float(value)
+        except OverflowError:
+            bound = math.inf if value > 0 else -math.inf
+        if bound >= 0:  # false, too, for what is not a number
+            return bound
+    raise InputError(f"tolerance: got {value!r}, expected a number, 0 or more")
+
+
+def cut(at_level: object, within: object) -> tuple[int, float]:
+    """Return how far down the tree to go: while above a level, and while beyond a tolerance.
+
+    One of the two is given, the other is None.
+    """
+    if (at_level is None) == (within is None):
+        got = "neither" if at_level is None else f"level={at_level!r} and tolerance={within!r}"
+        raise InputError(f"got {got}, expected either level or tolerance")
+    if within is None:
+        return level(at_level), NO_TOLERANCE
+    return DEEPEST, tolerance(within)
 
 
 def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]]:

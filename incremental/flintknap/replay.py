@@ -36,6 +36,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
+from msgspec import UnsetType
 
 from flintknap import inputs, log
 from flintknap.engine import Engine
@@ -143,10 +144,20 @@ class _Object:
         self.events += 1
         if self.window is not None:
             self.window.advance(query.t)
-        ask = self.engine.side if query.kind == "side" else self.engine.contains
-        said = ask(query.x, query.y)
+        said: int | bool
+        if query.kind == "contains":
+            said = self.engine.contains(query.x, query.y)
+        else:
+            level = None if isinstance(query.level, UnsetType) else query.level
+            said = self.engine.side(query.x, query.y, level=level)
         return Answer(
-            t=query.t, object=query.object, kind=query.kind, x=query.x, y=query.y, answer=said
+            t=query.t,
+            object=query.object,
+            kind=query.kind,
+            x=query.x,
+            y=query.y,
+            level=query.level,
+            answer=said,
         )
 
 

@@ -26,6 +26,7 @@ class Links {
     // All may have changed, and touched() tells nothing.
     bool all() const { return limit_ == 0; }
     bool none() const { return limit_ > 0 && touched_.empty(); }
+    const std::vector<Index>& touched() const { return touched_; }
 
     // Hands over what was said; until restart all counts as changed.
     void take(std::vector<Index>& touched) {

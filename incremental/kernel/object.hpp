@@ -19,6 +19,7 @@
 
 #include "constriction.hpp"
 #include "gamma.hpp"
+#include "hierarchy.hpp"
 #include "points.hpp"
 #include "queries.hpp"
 #include "splices.hpp"
@@ -138,8 +139,14 @@ class Object {
 
     // The same as a sequence with ranks and boxes, as it was at the last update_ring.
     const Ring& ring() const { return ring_; }
-    void update_ring() { splices_.update(ring_, *this, constriction_.links()); }
+    void update_ring() {
+        hierarchy_.hear(constriction_.links());
+        splices_.update(ring_, *this, constriction_.links());
+    }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
+
+    // The tree of Flintstones over it; not to be asked while there is no ring.
+    Hierarchy& hierarchy() { return hierarchy_; }
 
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>
@@ -155,7 +162,7 @@ class Object {
 
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
-               widening_.bytes() + ring_.bytes() + splices_.bytes();
+               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -166,8 +173,9 @@ class Object {
         if (triangulation_.is_flat()) return {};  // and the ring sequence is not asked
         std::string broken = constriction_.check();
         if (broken.empty()) broken = widening_.check();
-        bool is_current = constriction_.links().none();
-        return broken.empty() && is_current ? ring_.check(*this) : broken;
+        if (!broken.empty() || !constriction_.links().none()) return broken;
+        broken = ring_.check(*this);
+        return broken.empty() ? hierarchy_.check() : broken;
     }
 
    private:
@@ -236,6 +244,7 @@ class Object {
     Widening widening_;
     Ring ring_;
     Splices splices_;
+    Hierarchy hierarchy_{triangulation_, ring_};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

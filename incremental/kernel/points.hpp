@@ -50,6 +50,20 @@ class Points {
     Index find(Point p) const { return table_.empty() ? kNone : table_[find(p, hash(p))].handle; }
     std::int64_t id(Index handle) const { return at_handle(handle).id; }
     std::int64_t id_in_slot(Index slot) const { return at_handle(handle_of_[at(slot)]).id; }
+    // The same for n slots at once, each fetched ahead of its use.
+    template <class SlotOf>
+    void ids_in_slots(std::size_t n, SlotOf slot_of, std::int64_t* ids) const {
+        constexpr std::size_t ahead = 16;
+        Index handles[ahead];
+        for (std::size_t i = 0; i < n + 2 * ahead; ++i) {
+            if (i >= 2 * ahead) ids[i - 2 * ahead] = at_handle(handles[i % ahead]).id;
+            if (i >= ahead && i < n + ahead) {
+                handles[i % ahead] = handle_of_[at(slot_of(i - ahead))];
+                __builtin_prefetch(&points_[at(handles[i % ahead])]);
+            }
+            if (i < n) __builtin_prefetch(&handle_of_[at(slot_of(i))]);
+        }
+    }
     // The slot of a point that is placed, negative while it waits.
     Index slot(Index handle) const { return at_handle(handle).slot; }
     Index multiplicity(Index handle) const { return at_handle(handle).multiplicity; }

@@ -1,7 +1,7 @@
 // What a vertex inside the object sees: which edges of the ring, and how wide a gamma-graph must be
 // to join it to their ends.
 //
-// Theory (section 3.3). *Windows* spread from k through the triangles of the object. A window is a
+// Theory (section 3.4). *Windows* spread from k through the triangles of the object. A window is a
 // cone of directions between two vertices, right and left, that leaves the triangle it has come to
 // through one edge; a vertex beyond the edge that lies in the cone parts it in two. So an edge of
 // the ring that is reached with its own ends as bounds is seen whole, and the triangle over it
@@ -17,7 +17,7 @@
 // gamma([-1, 1], [d, 1]), d < 0, iff it is Delaunay (or crosses none but cocircular sites) or
 // sin phi - 1 >= d. Needs are given as cotangents: 0 for the former, else cot phi < 0, which is
 // correctly rounded. The site with the largest angle on either side of kp is an end of a Delaunay
-// edge that crosses kp, so a walk along kp finds it (section 3.3).
+// edge that crosses kp, so a walk along kp finds it (section 3.4).
 //
 // *Bound.* Seen from k, whatever lies beyond a segment qr between the sides of a window is seen,
 // with k, from q under a wider angle than r is, and from r under a wider one than q. So the
@@ -87,19 +87,25 @@ class Sight {
     }
 
     // The need of a pair whose segment runs inside the object, and kNever if it does not, or if a
-    // site lies on it.
-    double need(Index k, Index p) const {
+    // site lies on it. As soon as it is known to be below `floor`, a bound that is, too, will do.
+    double need(Index k, Index p, double floor) const {
         Point from = t_.site(k), to = t_.site(p);
-        double least = 0;
+        double least = 0, bound = 0;
         bool on_circle = true;
         Index first = kNone;
         bool is_clear = walk(k, p, [&](Index v, int side) {
             Point q = t_.site(v);
             if (first == kNone) first = v;  // the one on the right
             on_circle = on_circle && (v == first || are_cocircular(k, first, p, v));
-            if (at_least(from, q, to) >= least) return;
-            least = std::min(least, side > 0 ? cotangent(from, to, q) : cotangent(to, from, q));
+            bound = std::min(bound, at_most(from, q, to));
+            if (bound < floor && !on_circle) return false;
+            if (at_least(from, q, to) < least) {
+                double cot = side > 0 ? cotangent(from, to, q) : cotangent(to, from, q);
+                least = std::min(least, cot);
+            }
+            return true;
         });
+        if (bound < floor && !on_circle) return bound;
         if (!is_clear) return kNever;
         return on_circle ? 0 : least;
     }
@@ -112,8 +118,9 @@ class Sight {
         if (turn(i, j, k) <= 0) return false;
         bool empty = true;
         auto look_at = [&](Index v, int) {
-            if (v == i || v == j || v == k || v == kGhost) return;
+            if (v == i || v == j || v == k || v == kGhost) return true;
             empty = empty && (turn(i, j, v) < 0 || turn(j, k, v) < 0 || turn(k, i, v) < 0);
+            return empty;
         };
         for (auto [a, b] : {std::pair{i, j}, std::pair{j, k}, std::pair{k, i}}) {
             Index first = m.leaving(a), h = first;
@@ -136,7 +143,7 @@ class Sight {
             f(Mesh::triangle(t_.mesh().twin(edge)));
             return;
         }
-        walk(a, b, [](Index, int) {}, f);
+        walk(a, b, [](Index, int) { return true; }, f);
     }
 
     // Whether the open segments ab and cd cross in one point.
@@ -155,8 +162,8 @@ class Sight {
 
     // Calls f(v, side) for the ends of the Delaunay edges that cross the open segment kp, from k
     // on, -1 to the right and 1 to the left, the right one of the first edge first; and `passed`
-    // for the triangles between. Stops and returns false where the segment leaves the object or
-    // meets a site.
+    // for the triangles between. Stops and returns false where f does, or where the segment leaves
+    // the object or meets a site.
     template <class F>
     bool walk(Index k, Index p, F f) const {
         return walk(k, p, f, [](Index) {});
@@ -176,16 +183,14 @@ class Sight {
         if (!is_in_object(spoke)) return false;
         Index edge = Mesh::next(spoke);
         passed(Mesh::triangle(edge));
-        f(m.origin(edge), -1);
-        f(m.target(edge), 1);
+        if (!f(m.origin(edge), -1) || !f(m.target(edge), 1)) return false;
         for (;;) {
             Index o = m.twin(edge), v = m.apex(o);
             if (!is_in_object(o)) return false;
             passed(Mesh::triangle(o));
             if (v == p) return true;
             int side = turn(k, p, v);
-            if (side == 0) return false;
-            f(v, side);
+            if (side == 0 || !f(v, side)) return false;
             edge = side > 0 ? Mesh::next(o) : Mesh::prev(o);
         }
     }

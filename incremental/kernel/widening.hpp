@@ -1,6 +1,6 @@
 // No vertex left inside: where the constriction locks, wider gamma-graphs go on.
 //
-// Theory (section 3.3). A *candidate* is an edge ij of the ring and a vertex k inside such that the
+// Theory (section 3.4). A *candidate* is an edge ij of the ring and a vertex k inside such that the
 // triangle ijk lies in the object and holds no other site. Its need (sight.hpp) tells how wide a
 // graph must be to have ik and jk. The graph is widened only if no candidate needs it no wider, as
 // far as one candidate needs it; of the candidates that may then be taken, that with the smallest
@@ -135,7 +135,6 @@ class Widening {
             archive(c.captures);
             archive(c.sightings);
             archive(c.reached);
-            c.is_finished = true;
         }
         archive(free_);
         if (!cluster_of_.empty()) return;  // these were written; of those that were read:
@@ -222,7 +221,13 @@ class Widening {
         std::vector<Index> rim;           // half-edges of these on the ring, sorted
         std::vector<Index> covered;       // triangles that the captured ones overlap
         std::vector<Sighting> sightings;  // locked vertices, and which member sees them
-        bool is_finished = false;
+        bool is_enrolled = false;
+        // Until all clusters are settled: members who have not begun to search, windows that are
+        // yet to be looked through, and candidates that others have led to.
+        std::vector<Index> fresh;
+        std::vector<Sight::Window> ahead;
+        std::vector<Candidate> found;
+        bool is_known = false;  // these are there
     };
 
     bool is_locked(Index v) const { return t_.is_site(v) && !c_.on_ring(v); }
@@ -232,13 +237,21 @@ class Widening {
     void settle(Poll poll) {
         made_.clear();
         for (Index v : pending_) made_.push_back(add_cluster(v));
-        for (Index id : made_) {
-            if (cluster(id).members.empty() || cluster(id).is_finished) continue;
-            do {
+        std::vector<Index> open = made_, united;
+        for (; !open.empty(); std::swap(open, united)) {
+            for (Index id : open) {
                 run(cluster(id), poll);
-            } while (unite_with_those_met(id));
-            enroll(id);
-            cluster(id).is_finished = true;
+                enroll(id);
+            }
+            united.clear();
+            for (Index id : open) {
+                if (cluster(id).is_enrolled && unite_with_those_met(id)) united.push_back(id);
+            }
+        }
+        for (Index id : made_) {
+            cluster(id).ahead = {};
+            cluster(id).found = {};
+            cluster(id).is_known = false;
         }
     }
 
@@ -253,6 +266,7 @@ class Widening {
             free_.pop_back();
         }
         cluster(id).members.push_back(v);
+        cluster(id).fresh.push_back(v);
         return id;
     }
 
@@ -265,19 +279,23 @@ class Widening {
         frontier_.clear();
         ring_.clear();
         c.captures.clear();
-        c.sightings.clear();
-        c.triangles.clear();
         c.covered.clear();
         c.rim.clear();
         c.reached = 0;
-        for (Index k : c.members) {
+        for (const Sight::Window& w : c.ahead) frontier_.push(w);
+        for (const Candidate& each : c.found) later_.push(each);
+        c.ahead.clear();
+        for (Index k : c.fresh) {
             sight_.open(
                 k, [&](Index x) { c.triangles.push_back(x); }, [&](Index v) { notice(c, v, k); },
                 [&](const Sight::Window& w) { frontier_.push(w); });
         }
+        c.fresh.clear();
         for (std::int64_t steps = 1; limit_.cotangent < 0 && step(c); ++steps) {
             if (steps % 4096 == 0) poll();
         }
+        append(c.ahead, frontier_.items());
+        c.is_known = true;
         make_unique(c.triangles);
         const Mesh& m = t_.mesh();
         for (Index x : c.triangles) {
@@ -337,9 +355,19 @@ class Widening {
     }
 
     void explore(Cluster& c, const Sight::Window& w) {
-        if (is_captured(w.k)) return;
-        if (w.edge == kNone) {
-            consider(candidate({w.right, w.left, w.k}));
+        if (is_captured(w.k)) {
+            c.ahead.push_back(w);
+        } else if (w.edge == kNone) {
+            // What comes after the best there is need not be known exactly yet.
+            double floor = later_.empty() ? limit_.cotangent : later_.top().need;
+            floor = std::min(floor, w.bound);
+            Candidate made = candidate({w.right, w.left, w.k}, floor);
+            if (made.need < floor) {
+                frontier_.push({made.need, w.k, kNone, w.right, w.left, false});
+            } else if (made.need >= limit_.cotangent) {
+                c.found.push_back(made);
+                later_.push(made);
+            }
         } else {
             sight_.look_through(
                 w, [&](Index x) { c.triangles.push_back(x); }, [&](Index v) { notice(c, v, w.k); },
@@ -358,7 +386,8 @@ class Widening {
         if (!is_captured(v)) return;
         for (const Capture& taken : c.captures) {
             for (auto [i, j] : {std::pair{taken.i, taken.k}, std::pair{taken.k, taken.j}}) {
-                if ((i == v || j == v) && next_to(i) == j) consider(candidate_if_empty({i, j, k}));
+                if ((i == v || j == v) && next_to(i) == j)
+                    consider(candidate_if_empty({i, j, k}, limit_.cotangent));
             }
         }
     }
@@ -369,22 +398,28 @@ class Widening {
         ring_.put(g.k, g.j);
         for (Sighting each : c.sightings) {
             if (each.of != g.k || is_captured(each.from)) continue;
-            consider(candidate_if_empty({g.i, g.k, each.from}));
-            consider(candidate_if_empty({g.k, g.j, each.from}));
+            consider(candidate_if_empty({g.i, g.k, each.from}, limit_.cotangent));
+            consider(candidate_if_empty({g.k, g.j, each.from}, limit_.cotangent));
         }
     }
 
-    // With what it needs, which is no number if it is none.
-    Candidate candidate(Capture g) const {
-        double one = sight_.need(g.k, g.i), other = sight_.need(g.k, g.j);
-        if (std::isnan(one) || std::isnan(other)) return {Sight::kNever, 0, g};
-        double key = cotangent(t_.site(g.i), t_.site(g.j), t_.site(g.k));
-        return {std::min(one, other), key, g};
+    // With what it needs, which is no number if it is none; if that is below `floor`, no more than
+    // a bound that is, too.
+    Candidate candidate(Capture g, double floor) const {
+        double need = sight_.need(g.k, g.i, floor);
+        if (need >= floor) {
+            double other = sight_.need(g.k, g.j, floor);
+            need = std::isnan(other) ? other : std::min(need, other);
+        }
+        bool is_one = need >= floor;
+        double key = is_one ? cotangent(t_.site(g.i), t_.site(g.j), t_.site(g.k)) : 0;
+        return {need, key, g};
     }
 
     // The same over an edge that is none of the constriction's.
-    Candidate candidate_if_empty(Capture g) const {
-        return sight_.is_empty(g.i, g.j, g.k) ? candidate(g) : Candidate{Sight::kNever, 0, g};
+    Candidate candidate_if_empty(Capture g, double floor) const {
+        bool is_one = sight_.is_empty(g.i, g.j, g.k);
+        return is_one ? candidate(g, floor) : Candidate{Sight::kNever, 0, g};
     }
 
     // Whether a candidate is one still: its triangle lies in what is left of the object. Once it
@@ -401,7 +436,7 @@ class Widening {
     }
 
     // ---------------------------------------------------------------- several clusters
-    // Unites the cluster with all that meet it; false if there are none.
+    // Unites the cluster with all that meet it, to be run again; false if there are none.
     bool unite_with_those_met(Index id) {
         std::vector<Index> near, met;
         const Cluster& c = cluster(id);
@@ -411,11 +446,22 @@ class Widening {
         make_unique(near);
         for (Index other : near) {
             const Cluster& o = cluster(other);
+            if (other == id) continue;
             if (overlap(c, o) || could_use(c, o) || could_use(o, c)) met.push_back(other);
         }
+        if (!met.empty()) retire(id);
         for (Index other : met) {
             retire(other);
-            append(cluster(id).members, cluster(other).members);
+            Cluster &to = cluster(id), &from = cluster(other);
+            append(to.members, from.members);
+            if (from.is_known) {
+                append(to.triangles, from.triangles);
+                append(to.sightings, from.sightings);
+                append(to.ahead, from.ahead);
+                append(to.found, from.found);
+            } else {
+                append(to.fresh, from.members);
+            }
             drop(other);
         }
         return !met.empty();
@@ -443,7 +489,8 @@ class Widening {
             for (const Capture& g : o.captures) {
                 for (auto [i, j] : {std::pair{g.i, g.k}, std::pair{g.k, g.j}}) {
                     if (i != each.of && j != each.of) continue;
-                    if (candidate_if_empty({i, j, each.from}).need >= c.reached) return true;
+                    if (candidate_if_empty({i, j, each.from}, c.reached).need >= c.reached)
+                        return true;
                 }
             }
         }
@@ -455,7 +502,8 @@ class Widening {
         captured_ = 0;
     }
 
-    static void append(std::vector<Index>& to, const std::vector<Index>& from) {
+    template <class T>
+    static void append(std::vector<T>& to, const std::vector<T>& from) {
         to.insert(to.end(), from.begin(), from.end());
     }
 
@@ -466,7 +514,8 @@ class Widening {
 
     // The cluster is made, and others shall know.
     void enroll(Index id) {
-        const Cluster& c = cluster(id);
+        Cluster& c = cluster(id);
+        c.is_enrolled = true;
         captured_ += static_cast<Index>(c.captures.size());
         for (const Capture& taken : c.captures) {
             follows_.put(taken.i, taken.k);
@@ -482,7 +531,8 @@ class Widening {
 
     // Undoes that.
     void retire(Index id) {
-        const Cluster& c = cluster(id);
+        Cluster& c = cluster(id);
+        c.is_enrolled = false;
         captured_ -= static_cast<Index>(c.captures.size());
         for (const Capture& taken : c.captures) {
             follows_.erase(taken.i);

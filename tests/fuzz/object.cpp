@@ -166,7 +166,7 @@ class Whole {
 
     void clear() {
         const Points& points = object_->points();
-        object_ = std::make_unique<Object>(points.next_id(), points.revision() + 1);
+        object_ = std::make_unique<Object>(Limit{}, points.next_id(), points.revision() + 1);
         model_.clear();
     }
 
@@ -181,6 +181,12 @@ class Whole {
         object_->update_ring();
         broken = object_->ring().check(*object_);
         if (!broken.empty()) fail(broken);
+        if (!object_->ring().empty()) {  // the tree goes on from one check to the next
+            Cut cut = {static_cast<Index>(points.size() % 9), Hierarchy::kAnyError};
+            object_->hierarchy().cut(cut, nothing_to_poll, [](const Hierarchy::Edge&) {});
+            broken = object_->check();
+            if (!broken.empty()) fail(broken);
+        }
         if (points.size() != model_.size()) fail("another number of points");
         for (const auto& [p, known] : model_) {
             Index h = points.find(p);

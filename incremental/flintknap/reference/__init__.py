@@ -3,7 +3,7 @@
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
 to be read in this order: exact, triangulation, constriction, widening, queries, collision, gamma,
-smooth.
+smooth, flintstone.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -15,6 +15,7 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 
 from flintknap.reference import collision
 from flintknap.reference.constriction import Constriction, constrict
+from flintknap.reference.flintstone import Edge, approximate, base, in_flintstone, side_at_level
 from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.smooth import cubic, quadratic
@@ -24,7 +25,10 @@ from flintknap.reference.widening import Widening, digest, widen
 __all__ = [
     "GRAPHS",
     "Constriction",
+    "Edge",
     "Widening",
+    "approximate",
+    "base",
     "collision",
     "constrict",
     "cubic",
@@ -32,8 +36,10 @@ __all__ = [
     "edges",
     "gamma",
     "hull",
+    "in_flintstone",
     "quadratic",
     "side",
+    "side_at_level",
     "triangulate",
     "widen",
 ]

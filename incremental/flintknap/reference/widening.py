@@ -24,7 +24,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flintknap.reference.constriction import constrict
+from flintknap.reference.constriction import Gate, constrict
 from flintknap.reference.exact import Ids, Site, cotangent, dot, integers, orient, pairs
 
 
@@ -56,31 +56,39 @@ def widen(xy: ArrayLike, d_min: float = -1.0, triangles: ArrayLike | None = None
     successor = dict(pairs(locked.ring.tolist()))
     inside = set(locked.inside.tolist())
     pair_need = cache(lambda a, b: need(sites, a, b))
+    # A triangle that is not empty mostly holds points near k: these are asked first.
+    near = {k: sorted(sites, key=lambda p: dot(p, p, sites[k])) for k in inside}
+    candidates: dict[tuple[int, int, int], tuple[float, Gate]] = {}
 
-    @cache
-    def gate(i: int, j: int, k: int) -> tuple[float, float] | None:
-        """Need and key of the triangle; None if it is not empty or needs more than d_min."""
-        if not _is_empty(sites, i, j, k):
-            return None
-        least = min(pair_need(*sorted((i, k))), pair_need(*sorted((j, k))))
-        return (least, cotangent(sites[i], sites[j], sites[k])) if may(least, d_min) else None
+    def look(i: int, j: int, k: int) -> None:
+        """Note the triangle as a candidate if it is one."""
+        if _is_empty(near[k], sites[i], sites[j], sites[k]) and _is_clear(
+            sites, i, j, k, list(successor.items())
+        ):
+            least = min(pair_need(*sorted((i, k))), pair_need(*sorted((j, k))))
+            if may(least, d_min):
+                key = cotangent(sites[i], sites[j], sites[k])
+                candidates[i, j, k] = least, (key, sites[k], sites[i], sites[j], i, j, k)
 
     captures: list[tuple[int, int, int]] = []
     reached = 0.0
-    while inside and d_min < 0:
-        candidates = [
-            (*gate_of, sites[k], sites[i], sites[j], (i, j, k))
-            for i, j in successor.items()
-            for k in inside
-            if (gate_of := gate(i, j, k)) and _sees(sites, successor, i, j, k)
-        ]
-        if not candidates:
-            break
-        reached = min(reached, max(least for least, *_ in candidates))
-        *_, (i, j, k) = min(rest for least, *rest in candidates if least >= reached)
+    if d_min < 0:
+        for i, j in successor.items():
+            for k in inside:
+                look(i, j, k)
+    while candidates:
+        reached = min(reached, max(least for least, _ in candidates.values()))
+        *_, i, j, k = min(gate for least, gate in candidates.values() if least >= reached)
         successor[i], successor[k] = k, j
         inside.remove(k)
         captures.append((i, j, k))
+        for u, v, w in list(candidates):
+            cut = not _is_clear(sites, u, v, w, [(i, k), (k, j)])
+            if w == k or (u, v) == (i, j) or cut:
+                del candidates[u, v, w]
+        for w in inside:
+            look(i, k, w)
+            look(k, j, w)
 
     ring: list[int] = []
     vertex = min(successor, key=sites.__getitem__, default=-1)
@@ -134,24 +142,23 @@ def digest(xy: ArrayLike, d_min: float = -1.0) -> str:
     return state.hexdigest()
 
 
-def _is_empty(sites: list[Site], i: int, j: int, k: int) -> bool:
-    """Whether ijk turns left and no other point lies inside it or on its sides. O(n)."""
-    corners = a, b, c = sites[i], sites[j], sites[k]
+def _is_empty(points: list[Site], a: Site, b: Site, c: Site) -> bool:
+    """Whether abc turns left and no other of the points lies inside it or on its sides. O(n)."""
     return orient(a, b, c) > 0 and not any(
         orient(a, b, p) >= 0 and orient(b, c, p) >= 0 and orient(c, a, p) >= 0
-        for p in sites
-        if p not in corners
+        for p in points
+        if p not in (a, b, c)
     )
 
 
-def _sees(sites: list[Site], successor: dict[int, int], i: int, j: int, k: int) -> bool:
-    """Whether the empty triangle ijk on the edge ij lies in the polygon: nothing cuts ik or jk.
+def _is_clear(sites: list[Site], i: int, j: int, k: int, border: list[tuple[int, int]]) -> bool:
+    """Whether the empty triangle ijk on the edge ij is cut by none of these edges of the polygon.
 
-    A side of the polygon that enters the triangle has no end in it but i or j, and cannot cross
-    ij; so it leaves, or enters, through ik or jk. O(n).
+    An edge that enters the triangle has no end in it but i or j, and cannot cross ij; so it leaves,
+    or enters, through ik or jk. O(edges).
     """
     return not any(
-        _cross(sites[v], sites[k], sites[a], sites[b]) for a, b in successor.items() for v in (i, j)
+        _cross(sites[v], sites[k], sites[a], sites[b]) for a, b in border for v in (i, j)
     )
 
 

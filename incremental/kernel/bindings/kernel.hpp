@@ -110,6 +110,7 @@ void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
 void bind_collision(KernelClass& kernel);
 void bind_scene(nb::module_& module);
+void bind_flintstone(KernelClass& kernel);
 void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);
 

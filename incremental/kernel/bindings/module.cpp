@@ -50,6 +50,7 @@ NB_MODULE(_kernel, m) {
     bind_gamma(kernel);
     bind_boundary(kernel);
     bind_collision(kernel);
+    bind_flintstone(kernel);
     bind_smooth(m);
     bind_whole(kernel);
     bind_scene(m);

@@ -1,0 +1,546 @@
+// The tree of Flintstones, made where queries reach it and kept through changes.
+//
+// Theory (section 4.1; docs/theory.md). The two vertices farthest apart on the rim of the smallest
+// enclosing disc part the ring into two polylines, level 0; each polyline of level l is parted at
+// its Flintstone's split into two of level l + 1, down to single edges. A node depends on nothing
+// but its polyline:
+//
+//      level 0      b0 ----------------------- b1         (and b1 ... b0 likewise)
+//                        [left, right, split,
+//                         farthest, error]
+//      level 1      b0 ---------- split --------- b1      p and s are the parents' business:
+//                      [first]            [second]        nodes do not store them
+//
+// A node is *known* when its polyline has been searched, *refined* when its children exist. A child
+// that is a single edge of the ring is no node.
+//
+// Through changes. Some vertices of the ring are touched: all those followed by another one than
+// before, all that are new. A polyline without a touched vertex is what it was, and so are all
+// nodes below. In another one, the stretch up to its first touched vertex and the one after its
+// last have been there before; only the rest is looked at:
+//
+//      p ======= t ----- t -- t ======= s      = there before, - perhaps new
+//
+// If the vertices that decided before are still there, and nothing on the stretches between beats
+// them, the node stands as it is; nothing else need be asked. If it does not, it is known no more,
+// and the next query that reaches it searches it anew; its children stay as long as it is parted at
+// the same vertex.
+//
+// Invariants (check): every known node is what a plain scan of its polyline gives; the base is
+// that of a disc made from scratch.
+// Cost: a search is a descent through the boxes of ring.hpp, at worst O(length); a change, one test
+// for each touched vertex and known node above it. 64 bytes a node. No recursion: the tree may be
+// as deep as the ring is long.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "enclosing.hpp"
+#include "flintstone.hpp"
+#include "links.hpp"
+#include "ring_search.hpp"
+#include "triangulation.hpp"
+
+namespace flintknap {
+
+// How far down: an edge above `level` is parted while its error is beyond `tolerance`.
+struct Cut {
+    Index level;
+    double tolerance;
+};
+
+class Hierarchy {
+   public:
+    static constexpr Index kAnyLevel = std::numeric_limits<Index>::max();
+    static constexpr double kAnyError = -1;  // a tolerance that no error keeps
+
+    // One edge of an approximation, and the stretch of the ring that it stands for.
+    struct Edge {
+        Index start, stop, level;
+        Index node;  // of the polyline between, not for keeping; negative: that is this edge
+        Point at;    // of the start
+        double error;
+    };
+
+    Hierarchy(const Triangulation& triangulation, const Ring& ring) : t_(triangulation), r_(ring) {}
+
+    // How many nodes are refined, the base included.
+    Index refined() {
+        follow();
+        return refined_;
+    }
+    // The deepest level that has a vertex.
+    Index depth() {
+        follow();
+        std::size_t levels = at_level_.size();
+        while (levels > 1 && at_level_[levels - 1] == 0) --levels;
+        return static_cast<Index>(std::max<std::size_t>(levels, 1)) - 1;
+    }
+
+    void clear() {
+        nodes_.clear();
+        at_level_.clear();
+        free_ = kNone;
+        refined_ = 0;
+        base_ = {};
+        top_ = {};
+        is_base_known_ = false;
+        heard_.clear();
+    }
+
+    // The ring is about to follow these links. The tree does so when it is asked.
+    void hear(const Links& links) {
+        if (links.none() || refined_ == 0) return;
+        if (links.all() || heard_.size() + links.touched().size() > at(r_.size()) / 8) {
+            clear();
+        } else {
+            heard_.insert(heard_.end(), links.touched().begin(), links.touched().end());
+        }
+    }
+
+    // Calls emit(Edge) for each edge of an approximation, in order along the ring, which is not
+    // empty.
+    template <class Poll, class Emit>
+    void cut(Cut want, Poll poll, Emit emit) {
+        begin();
+        while (!stack_.empty()) {
+            Frame f = stack_.back();
+            stack_.pop_back();
+            if (f.node == kEdge) {
+                emit(Edge{f.p, f.s, f.level, kEdge, f.at, 0});
+                continue;
+            }
+            know(f, poll);
+            const Flintstone& found = nodes_[at(f.node)].found;
+            if (f.level >= want.level || found.error <= want.tolerance) {
+                emit(Edge{f.p, f.s, f.level, f.node, f.at, found.error});
+            } else {
+                part(f);
+            }
+        }
+    }
+
+    // Of an edge just emitted; that of a single edge is the edge itself.
+    Flintstone flintstone(const Edge& e) const {
+        return e.node == kEdge ? Flintstone{} : nodes_[at(e.node)].found;
+    }
+
+    // Where w lies as far as the Flintstones down to a level tell: +1 inside, -1 outside, 0 if it
+    // is in one of that level and in all above it. Exact.
+    template <class Poll>
+    int side(Point w, Index level, Poll poll) {
+        int winding = 0;
+        begin();
+        while (!stack_.empty()) {
+            Frame f = stack_.back();
+            stack_.pop_back();
+            Point p = t_.site(f.p), s = t_.site(f.s);
+            bool is_near = false;
+            if (f.node == kEdge) {
+                is_near = is_on_chord(p, s, w);
+            } else {
+                know(f, poll);
+                is_near = is_inside(p, s, nodes_[at(f.node)].found, w);
+            }
+            if (!is_near) {
+                winding += crossing(p, s, w);
+            } else if (f.node == kEdge || f.level >= level) {
+                return 0;
+            } else {
+                part(f);
+            }
+        }
+        return winding == 0 ? -1 : 1;
+    }
+
+    // The first level on which no error is beyond the tolerance.
+    template <class Poll>
+    Index level_for(double tolerance, Poll poll) {
+        begin();
+        std::vector<Frame> here, next(stack_.rbegin(), stack_.rend());
+        for (Index level = 0;; ++level) {
+            here.swap(next);
+            next.clear();
+            bool is_enough = true;
+            for (const Frame& f : here) {
+                if (f.node == kEdge) continue;
+                know(f, poll);
+                is_enough = is_enough && nodes_[at(f.node)].found.error <= tolerance;
+            }
+            if (is_enough) return level;
+            for (const Frame& f : here) {
+                if (f.node == kEdge) continue;
+                stack_.clear();
+                part(f);
+                next.insert(next.end(), stack_.begin(), stack_.end());
+            }
+        }
+    }
+
+    std::size_t bytes() const {
+        return nodes_.capacity() * sizeof(Node) + at_level_.capacity() * sizeof(Index);
+    }
+
+    // The first broken invariant, or nothing. O(length) a node.
+    std::string check() const {
+        if (!heard_.empty()) {
+            Hierarchy other(*this);
+            other.follow();
+            return other.check();
+        }
+        if (refined_ == 0) return nodes_.empty() ? "" : "nodes without a base";
+        std::array<Vertex, 2> base = find_base(t_, find_disc(t_));
+        for (int n : {0, 1}) {
+            if (is_base_known_ && base[at(n)].index != base_[at(n)].index) {
+                return "the base is not that of the smallest disc";
+            }
+        }
+        Index count = 1;
+        std::vector<Index> at_level(at_level_.size(), 0);
+        at_level[0] = 2;
+        std::vector<Frame> todo = tops();
+        while (!todo.empty()) {
+            Frame f = todo.back();
+            todo.pop_back();
+            std::string broken = check(f);
+            if (!broken.empty()) return broken;
+            if (f.node == kEdge || nodes_[at(f.node)].first == kNone) continue;
+            ++count;
+            if (at(f.level + 1) >= at_level.size()) return "a level that is not counted";
+            ++at_level[at(f.level + 1)];
+            todo.push_back(first_child(f));
+            todo.push_back(second_child(f));
+        }
+        if (count != refined_) return "miscounted the nodes that are refined";
+        return at_level == at_level_ ? "" : "miscounted the vertices of a level";
+    }
+
+   private:
+    static constexpr Index kEdge = -2;     // in place of a node: a single edge of the ring
+    static constexpr Index kOften = 4096;  // searches from one poll to the next
+
+    struct alignas(64) Node {
+        // If it is not known, its split is still that at which the children part.
+        Flintstone found;
+        Index first = kNone, second = kNone;  // nodes, kEdge, or kNone both; of one not in use, the
+                                              // next such
+    };
+    struct Frame {
+        Index node, p, s, level;
+        Point at;  // of p
+    };
+    // How far behind base_[0] a vertex is along the ring.
+    struct Place {
+        Index place, vertex;
+        bool operator<(const Place& o) const { return place < o.place; }
+        bool operator==(const Place& o) const { return place == o.place; }
+    };
+    // A polyline that may have changed: one of the children of `parent`.
+    struct Change {
+        Index parent;
+        int child;
+        Index p, s, from, to, level;
+    };
+
+    // ------------------------------------------------------------------ the base
+    // Goes through what was heard. If memory ends, the tree is lost.
+    void follow() {
+        if (heard_.empty()) return;
+        try {
+            follow_heard();
+        } catch (...) {
+            clear();
+            throw;
+        }
+        heard_.clear();
+    }
+
+    void follow_heard() {
+        if (!is_there(base_[0]) || !is_there(base_[1])) return clear();
+        start_ = r_.rank(base_[0].index);
+        places_.clear();
+        for (Index v : heard_) {
+            if (r_.holds(v)) places_.push_back({place(v), v});
+        }
+        std::sort(places_.begin(), places_.end());
+        places_.erase(std::unique(places_.begin(), places_.end()), places_.end());
+        follow_base();
+        Index middle = place(base_[1].index);
+        changes_.clear();
+        changes_.push_back({kNone, 0, base_[0].index, base_[1].index, 0, middle, 0});
+        changes_.push_back({kNone, 1, base_[1].index, base_[0].index, middle, r_.size(), 0});
+        while (!changes_.empty()) {
+            Change c = changes_.back();
+            changes_.pop_back();
+            follow(c);
+        }
+    }
+
+    // Sees to it that there is a base, and puts its two polylines on the stack.
+    void begin() {
+        follow();
+        if (!is_base_known_) {
+            Disc disc = find_disc(t_);
+            std::array<Vertex, 2> base = find_base(t_, disc);
+            bool same = refined_ > 0;
+            for (std::size_t n : {0, 1}) {
+                same = same && base[n].index == base_[n].index && base[n].at == base_[n].at;
+            }
+            if (!same) {
+                clear();
+                nodes_.reserve(2);
+                at_level_.assign(1, 2);
+                base_ = base;
+                top_ = {child_between(base[0].index, base[1].index),
+                        child_between(base[1].index, base[0].index)};
+                refined_ = 1;
+            }
+            disc_ = disc;
+            is_base_known_ = true;
+        }
+        stack_ = tops();
+    }
+
+    std::vector<Frame> tops() const {
+        return {{top_[1], base_[1].index, base_[0].index, 0, base_[1].at},
+                {top_[0], base_[0].index, base_[1].index, 0, base_[0].at}};
+    }
+
+    void follow_base() {
+        for (int n = 0; n < disc_.count; ++n) {
+            is_base_known_ = is_base_known_ && is_there(disc_.rim[at(n)]);
+        }
+        for (const Place& touched : places_) {
+            Index v = touched.vertex;
+            int side = disc_.side(t_.site(v));
+            bool is_base = v == base_[0].index || v == base_[1].index;
+            if (side < 0 || (side == 0 && !is_base)) is_base_known_ = false;
+        }
+    }
+
+    // ------------------------------------------------------------------ nodes
+    bool is_there(const Vertex& v) const { return r_.holds(v.index) && t_.site(v.index) == v.at; }
+
+    Index new_node() {
+        if (free_ == kNone) {
+            nodes_.emplace_back();
+            return static_cast<Index>(nodes_.size()) - 1;
+        }
+        Index n = free_;
+        free_ = nodes_[at(n)].first;
+        nodes_[at(n)] = Node{};
+        return n;
+    }
+
+    Index child_between(Index p, Index s) { return r_.next(p) == s ? kEdge : new_node(); }
+
+    Frame first_child(const Frame& f) const {
+        const Node& n = nodes_[at(f.node)];
+        return {n.first, f.p, n.found.split, f.level + 1, f.at};
+    }
+    Frame second_child(const Frame& f) const {
+        const Node& n = nodes_[at(f.node)];
+        return {n.second, n.found.split, f.s, f.level + 1, n.found.split_vertex().at};
+    }
+
+    // Puts the children of a known node on the stack, made if need be.
+    void part(const Frame& f) {
+        if (nodes_[at(f.node)].first == kNone) refine(f);
+        stack_.push_back(second_child(f));
+        __builtin_prefetch(&nodes_[at(std::max(stack_.back().node, 0))]);
+        stack_.push_back(first_child(f));
+    }
+
+    void refine(const Frame& f) {
+        if (at_level_.size() <= at(f.level + 1)) at_level_.resize(at(f.level) + 2);
+        Index split = nodes_[at(f.node)].found.split;
+        Index first = child_between(f.p, split);
+        Index second = kNone;
+        try {
+            second = child_between(split, f.s);
+        } catch (...) {
+            if (first != kEdge) give_back(first);
+            throw;
+        }
+        nodes_[at(f.node)].first = first;
+        nodes_[at(f.node)].second = second;
+        ++refined_;
+        ++at_level_[at(f.level + 1)];
+    }
+
+    void give_back(Index node) {
+        nodes_[at(node)].first = free_;
+        free_ = node;
+    }
+
+    // Takes a node's children away, with all below. Needs no memory: those still to go are strung
+    // along what they no longer need.
+    void drop_children(Index node, Index level) {
+        Index next = kNone;
+        auto string_children = [&](Node& n, Index at_level) {
+            if (n.first == kNone) return;
+            --refined_;
+            --at_level_[at(at_level + 1)];
+            for (Index child : {n.first, n.second}) {
+                if (child == kEdge) continue;
+                nodes_[at(child)].found.farthest = next;
+                nodes_[at(child)].found.split = at_level + 1;
+                next = child;
+            }
+            n.first = n.second = kNone;
+        };
+        string_children(nodes_[at(node)], level);
+        while (next != kNone) {
+            Index gone = next;
+            Node& n = nodes_[at(gone)];
+            next = n.found.farthest;
+            string_children(n, n.found.split);
+            give_back(gone);
+        }
+    }
+
+    // ------------------------------------------------------------------ searches
+    template <class Poll>
+    void know(const Frame& f, Poll& poll) {
+        if (nodes_[at(f.node)].found.is_known()) return;
+        if (++searches_ % kOften == 0) poll();
+        Flintstone found = search_.search(f.p, f.s, nodes_[at(f.node)].found);
+        Vertex before = nodes_[at(f.node)].found.split_vertex(), now = found.split_vertex();
+        if (before.index != now.index || !(before.at == now.at)) drop_children(f.node, f.level);
+        nodes_[at(f.node)].found = found;
+    }
+
+    // ------------------------------------------------------------------ changes
+    Index place(Index v) const {
+        Index place = r_.rank(v) - start_;
+        return place < 0 ? place + r_.size() : place;
+    }
+    bool is_between(Index v, const Change& c) const {
+        Index there = place(v);
+        return c.from < there && there < c.to;
+    }
+
+    Index& link(const Change& c) {
+        if (c.parent == kNone) return top_[at(c.child)];
+        Node& n = nodes_[at(c.parent)];
+        return c.child == 0 ? n.first : n.second;
+    }
+
+    void follow(const Change& c) {
+        auto first = std::lower_bound(places_.begin(), places_.end(), Place{c.from, kNone});
+        if (first == places_.end() || first->place >= c.to) return;
+        Index node = link(c);
+        if (node == kEdge) {
+            if (c.to - c.from > 1) {
+                Index made = new_node();
+                link(c) = made;
+            }
+            return;
+        }
+        if (c.to - c.from == 1) {
+            drop_children(node, c.level);
+            give_back(node);
+            link(c) = kEdge;
+            return;
+        }
+        Flintstone before = nodes_[at(node)].found;
+        Vertex split = before.split_vertex();
+        Index middle = split.index != kNone && is_there(split) ? place(split.index) : kNone;
+        bool is_parted = c.from < middle && middle < c.to;
+        if (before.is_known() && !(is_parted && stands(c, before))) {
+            nodes_[at(node)].found.error = Flintstone::kUnknown;
+        }
+        if (nodes_[at(node)].first == kNone) return;
+        if (!is_parted) {
+            drop_children(node, c.level);
+            return;
+        }
+        changes_.push_back({node, 0, c.p, split.index, c.from, middle, c.level + 1});
+        changes_.push_back({node, 1, split.index, c.s, middle, c.to, c.level + 1});
+    }
+
+    // Whether a search of the polyline would find what was found before. Its split is still there.
+    bool stands(const Change& c, const Flintstone& before) {
+        for (Vertex v :
+             {Vertex{before.left, before.left_at}, Vertex{before.right, before.right_at}}) {
+            if (v.index == kNone || v.index == before.split) continue;
+            if (!is_there(v) || !is_between(v.index, c)) return false;
+        }
+        auto first = std::lower_bound(places_.begin(), places_.end(), Place{c.from, kNone});
+        Point p = t_.site(c.p), s = t_.site(c.s);
+        Index farthest = before.farthest;
+        if (farthest != before.left && farthest != before.right) {
+            if (!r_.holds(farthest)) return false;
+            Place there{place(farthest), farthest};
+            if (there.place <= c.from || there.place >= c.to) return false;
+            if (std::binary_search(first, places_.end(), there) &&
+                distance_to_chord(p, s, t_.site(farthest)) != before.error) {
+                return false;
+            }
+        }
+        search_.resume(p, s, before);
+        Index seen = kNone;  // the place of the last touched vertex
+        for (auto next = first; next != places_.end() && next->place < c.to; ++next) {
+            if (seen != kNone) search_.see_range(start_ + seen + 1, next->place - seen - 1);
+            seen = next->place;
+            if (seen > c.from) search_.see({next->vertex, t_.site(next->vertex)});
+        }
+        return search_.found_no_more_than(before);
+    }
+
+    // +1 if the ray from w to the right crosses the edge from p to s upward, -1 if downward.
+    static int crossing(Point p, Point s, Point w) {
+        if ((p.y <= w.y) == (s.y <= w.y)) return 0;
+        int turn = orient(p, s, w);
+        if (p.y <= w.y) return turn > 0 ? 1 : 0;
+        return turn < 0 ? -1 : 0;
+    }
+
+    // The node and its edge, by a plain walk along the ring.
+    std::string check(const Frame& f) const {
+        std::string name = "polyline " + std::to_string(f.p) + " to " + std::to_string(f.s) + ": ";
+        Search plain;
+        plain.begin(t_.site(f.p), t_.site(f.s));
+        Index v = r_.next(f.p);
+        if (f.node == kEdge) return v == f.s ? "" : name + "is no edge";
+        if (v == f.s) return name + "is an edge";
+        for (; v != f.s; v = r_.next(v)) {
+            if (v == f.p) return name + "never ends";
+            plain.see({v, t_.site(v)});
+        }
+        const Node& n = nodes_[at(f.node)];
+        if (!n.found.is_known()) {
+            return n.first == kNone || is_there(n.found.split_vertex()) ? "" : name + "no split";
+        }
+        Flintstone found = plain.result();
+        if (found.left != n.found.left || found.right != n.found.right ||
+            found.split != n.found.split || found.error != n.found.error) {
+            return name + "is not what a plain scan finds";
+        }
+        return is_there(n.found.split_vertex()) ? "" : name + "no split";
+    }
+
+    const Triangulation& t_;
+    const Ring& r_;
+    std::vector<Node> nodes_;
+    Index free_ = kNone;            // the first node not in use
+    Index refined_ = 0;             // nodes with children, and the base
+    std::vector<Index> at_level_;   // how many vertices each level has
+    Disc disc_;                     // the smallest that holds all
+    std::array<Vertex, 2> base_{};  // the two vertices of level 0
+    bool is_base_known_ = false;    // if not, base_ is what it was
+    std::array<Index, 2> top_{};    // the two polylines of level 0
+    std::int64_t searches_ = 0;
+    std::vector<Index> heard_;  // vertices touched since the tree followed
+    // Work in progress.
+    RingSearch search_{t_, r_};
+    std::vector<Frame> stack_;
+    std::vector<Place> places_;  // touched vertices, in order
+    std::vector<Change> changes_;
+    Index start_ = 0;  // the rank of base_[0]
+};
+
+}  // namespace flintknap
