@@ -206,6 +206,34 @@ def test_segments_agree_with_geos() -> None:
         np.testing.assert_allclose(engine.distance(places), far, rtol=1e-12)
 
 
+def test_the_first_hit_is_the_first_crossing() -> None:
+    engine = made(wavy(1000, 3, 0.01))
+    ring = engine.boundary().xy
+    rng = np.random.default_rng(4)
+    starts = np.concatenate([ring, ring, rng.uniform(-1.5, 1.5, (500, 2))])
+    stops = np.concatenate(
+        [ring[::-1], ring + np.array([0.01, 0.02]), rng.uniform(-1.5, 1.5, (500, 2))]
+    )
+    ends = (*starts.T, *stops.T)
+    hits, found = engine.first_hit(*ends), engine.crossings(*ends)
+    rows, first = np.unique(found.segment, return_index=True)
+    assert rows.tolist() == np.flatnonzero(~np.isnan(hits.t)).tolist()
+    for told, expected in zip(hits, (found.t, found.start, found.stop), strict=True):
+        np.testing.assert_array_equal(told[rows], expected[first])
+    assert (np.diff(found.segment) >= 0).all()
+    assert (np.diff(found.t)[np.diff(found.segment) == 0] >= 0).all()
+
+
+def test_ways_from_vertex_to_vertex() -> None:
+    engine = made(wavy(90, 6, 0.05))
+    ring = engine.boundary().xy
+    for step in (1, 2, 40):
+        ends = (*ring.T, *np.roll(ring, step, axis=0).T)
+        expected = [exact.contains_segment(ring, *each) for each in np.transpose(ends).tolist()]
+        assert engine.contains_segment(*ends).tolist() == expected
+        assert 0 < sum(expected) <= len(ring)
+
+
 def test_ways_along_the_boundary() -> None:
     engine = made(np.array(NOTCH))  # the notch is cut from below: (0,0) (2,1) (4,0)
     assert engine.boundary().ids.tolist() == [0, 4, 1, 2, 3]

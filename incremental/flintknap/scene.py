@@ -20,7 +20,7 @@ import math
 from collections.abc import MutableMapping
 from typing import TYPE_CHECKING, Any
 
-from sortedcontainers import SortedSet
+from sortedcontainers import SortedList
 
 from flintknap import inputs
 from flintknap._kernel import Roster
@@ -111,8 +111,8 @@ class Scene(MutableMapping[str, "Engine"]):
             others = ((each, other) for each, other in self._engines.items() if each != name)
             true = {each for each, other in others if engine.collides(other)}
             got = {self._names[row] for row in self._contacts[self._row[name]]}
-            listed = {pair for pair in self._pairs if name in pair}
-            if got != true or listed != {_pair(name, each) for each in true}:
+            listed = [pair for pair in self._pairs if name in pair]
+            if got != true or listed != sorted(_pair(name, each) for each in true):
                 raise InvariantError(f"{name!r} touches {true}, got {got}, listed {listed}")
 
     # ------------------------------------------------------------------ behind the face
@@ -124,7 +124,7 @@ class Scene(MutableMapping[str, "Engine"]):
         self._roster = Roster()
         self._stale: set[int] = set()  # rows to be looked at
         self._contacts: list[set[int]] = []  # by row
-        self._pairs: Any = SortedSet()
+        self._pairs: Any = SortedList()
         for name, engine in self._engines.items():
             self._enter(name, engine)
         self._is_torn = False
@@ -158,7 +158,7 @@ class Scene(MutableMapping[str, "Engine"]):
         before, name = self._contacts[row], self._names[row]
         for other in before - contacts:
             self._contacts[other].discard(row)
-            self._pairs.discard(_pair(name, self._names[other]))
+            self._pairs.remove(_pair(name, self._names[other]))
         for other in contacts - before:
             self._contacts[other].add(row)
             self._pairs.add(_pair(name, self._names[other]))
