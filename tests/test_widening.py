@@ -114,6 +114,33 @@ def test_the_limit_is_exact(d_min):
     assert (1 + Fraction(d_min)) ** 2 * (1 + Fraction(cot) ** 2) <= 1
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_clusters_that_claim_one_edge(seed):
+    """Clusters meet and unite with others meanwhile; at the end all are linked as from scratch."""
+    rng = np.random.default_rng(seed + 11)
+    xy = np.concatenate([rng.random((4000, 2)), rng.integers(0, 64, (4000, 2)) / 64])
+    engine = fk.Engine()
+    engine.insert(rng.permutation(xy))
+    engine.side(0.0, 0.0)
+    for _ in range(30):
+        engine.insert(rng.random() + rng.normal(0, 0.01, (rng.integers(2, 8), 2)))
+        engine.side(0.0, 0.0)
+    engine.check()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("d_min", [-0.3, -0.1, -0.05])
+def test_what_is_left_goes_on_to_the_limit(seed, d_min):
+    """A cluster with sites left inside meets whoever offers them an edge within the limit."""
+    xy = np.random.default_rng(seed).normal(size=(3000, 2)) ** 3
+    digests = set()
+    for order in range(3):
+        engine = fk.Engine(d_min=d_min)
+        engine.insert(np.random.default_rng(order).permutation(xy))
+        digests.add(engine.digest())
+    assert len(digests) == 1
+
+
 def test_limits_at_the_ends():
     assert widening.least_cotangent(-1) == -math.inf
     assert widening.least_cotangent(0) == widening.least_cotangent(-0.0) == 0

@@ -153,6 +153,9 @@ class Constriction {
         }
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
+        for (Index v : loosened_) {
+            if (!on_ring(v)) following_[at(v)] = kNone;  // so that it is told when it comes back
+        }
         for (Index e : retired_) forest_.release(e);
         retired_.clear();
     }

@@ -138,7 +138,10 @@ class Widening {
         }
         archive(free_);
         if (!cluster_of_.empty()) return;  // these were written; of those that were read:
-        for (Index id = 0; id < static_cast<Index>(clusters_.size()); ++id) enroll(id);
+        for (Index id = 0; id < static_cast<Index>(clusters_.size()); ++id) {
+            enroll(id);
+            link(cluster(id));
+        }
     }
 
     std::size_t bytes() const {
@@ -221,7 +224,7 @@ class Widening {
         std::vector<Index> rim;           // half-edges of these on the ring, sorted
         std::vector<Index> covered;       // triangles that the captured ones overlap
         std::vector<Sighting> sightings;  // locked vertices, and which member sees them
-        bool is_enrolled = false;
+        bool is_enrolled = false, is_linked = false;
         // Until all clusters are settled: members who have not begun to search, windows that are
         // yet to be looked through, and candidates that others have led to.
         std::vector<Index> fresh;
@@ -249,6 +252,7 @@ class Widening {
             }
         }
         for (Index id : made_) {
+            if (cluster(id).is_enrolled) link(cluster(id));
             cluster(id).ahead = {};
             cluster(id).found = {};
             cluster(id).is_known = false;
@@ -483,14 +487,16 @@ class Widening {
         return false;
     }
 
-    // Whether an edge that o has made is a candidate's for a member of c, no wider than c went.
+    // Whether an edge that o has made is a candidate's for a member of c, no wider than c went: as
+    // far as the limit if some of its members were not captured, else as far as it captured.
     bool could_use(const Cluster& c, const Cluster& o) const {
+        bool is_left = c.captures.size() < c.members.size();
+        double floor = is_left ? limit_.cotangent : c.reached;
         for (Sighting each : c.sightings) {
             for (const Capture& g : o.captures) {
                 for (auto [i, j] : {std::pair{g.i, g.k}, std::pair{g.k, g.j}}) {
                     if (i != each.of && j != each.of) continue;
-                    if (candidate_if_empty({i, j, each.from}, c.reached).need >= c.reached)
-                        return true;
+                    if (candidate_if_empty({i, j, each.from}, floor).need >= floor) return true;
                 }
             }
         }
@@ -516,13 +522,6 @@ class Widening {
     void enroll(Index id) {
         Cluster& c = cluster(id);
         c.is_enrolled = true;
-        captured_ += static_cast<Index>(c.captures.size());
-        for (const Capture& taken : c.captures) {
-            follows_.put(taken.i, taken.k);
-            follows_.put(taken.k, taken.j);
-            links_.touch(taken.i);
-            links_.touch(taken.k);
-        }
         for (Index v : c.members) cluster_of_.add(v, id);
         for (Index x : c.triangles) passed_.add(x, id);
         for (Index x : c.covered) covered_.add(x, id);
@@ -533,6 +532,29 @@ class Widening {
     void retire(Index id) {
         Cluster& c = cluster(id);
         c.is_enrolled = false;
+        if (c.is_linked) unlink(c);
+        for (Index v : c.members) cluster_of_.remove(v, id);
+        for (Index x : c.triangles) passed_.remove(x, id);
+        for (Index x : c.covered) covered_.remove(x, id);
+        for (Sighting each : c.sightings) sighted_.remove(each.of, id);
+    }
+
+    // Its captures are those of the ring. Only of clusters that do not meet: two that do may both
+    // have captured through one edge.
+    void link(Cluster& c) {
+        c.is_linked = true;
+        captured_ += static_cast<Index>(c.captures.size());
+        for (const Capture& taken : c.captures) {
+            follows_.put(taken.i, taken.k);
+            follows_.put(taken.k, taken.j);
+            links_.touch(taken.i);
+            links_.touch(taken.k);
+        }
+    }
+
+    // Undoes that.
+    void unlink(Cluster& c) {
+        c.is_linked = false;
         captured_ -= static_cast<Index>(c.captures.size());
         for (const Capture& taken : c.captures) {
             follows_.erase(taken.i);
@@ -540,10 +562,6 @@ class Widening {
             links_.touch(taken.i);
             links_.touch(taken.k);
         }
-        for (Index v : c.members) cluster_of_.remove(v, id);
-        for (Index x : c.triangles) passed_.remove(x, id);
-        for (Index x : c.covered) covered_.remove(x, id);
-        for (Sighting each : c.sightings) sighted_.remove(each.of, id);
     }
 
     // ---------------------------------------------------------------- changes
