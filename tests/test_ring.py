@@ -5,10 +5,6 @@ The splices against a plain list are a program of its own (ring.cpp); here whole
 
 from __future__ import annotations
 
-import os
-import shlex
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -18,22 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flintknap as fk
+import programs
 import strategies
 from flintknap import reference
 from strategies import Points
 
-TESTS = Path(__file__).parent
-COMPILER = shlex.split(os.environ.get("CXX", "c++"))
 
-
-@pytest.mark.skipif(shutil.which(COMPILER[0]) is None, reason=f"no compiler: {COMPILER[0]}")
+@programs.needs_a_compiler
 def test_splices_agree_with_a_plain_list(tmp_path: Path) -> None:
-    program = tmp_path / "ring"
-    flags = ["-std=c++17", "-O1", "-ffp-contract=off", "-D_GLIBCXX_ASSERTIONS"]
-    flags += ["-I", str(TESTS.parent / "incremental" / "kernel")]
-    subprocess.run([*COMPILER, *flags, str(TESTS / "ring.cpp"), "-o", str(program)], check=True)
-    done = subprocess.run([str(program), "0", "150"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    programs.passes("ring.cpp", tmp_path, "0", "150")
 
 
 def wavy(n: int, noise: float, seed: int) -> Points:

@@ -1,0 +1,28 @@
+"""Tests of the kernel that are programs of their own, compiled here and run."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+COMPILER = shlex.split(os.environ.get("CXX", "c++"))
+
+needs_a_compiler = pytest.mark.skipif(
+    shutil.which(COMPILER[0]) is None, reason=f"no compiler: {COMPILER[0]}"
+)
+
+
+def passes(source: str, folder: Path, *arguments: str) -> None:
+    """Assert that a program of this folder, built in `folder`, ends well."""
+    program = folder / Path(source).stem
+    flags = ["-std=c++17", "-O1", "-ffp-contract=off", "-D_GLIBCXX_ASSERTIONS"]
+    flags += ["-I", str(TESTS.parent / "incremental" / "kernel")]
+    subprocess.run([*COMPILER, *flags, str(TESTS / source), "-o", str(program)], check=True)
+    done = subprocess.run([str(program), *arguments], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
