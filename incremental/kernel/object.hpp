@@ -107,13 +107,11 @@ class Object {
     template <class Poll>
     void settle(Poll poll) {
         if (!is_placed()) place(poll);
-        State before = state_;
-        state_ = State::stale;
-        if (before == State::changed) {
-            constriction_.repair();
+        State before = std::exchange(state_, State::stale);
+        if (before == State::changed && constriction_.repair()) {
             widening_.repair(poll);
             constriction_.forget_changes();
-        } else if (before == State::stale) {
+        } else if (before != State::fresh) {
             widening_.clear();
             if (!triangulation_.is_flat()) {
                 constriction_.build();
