@@ -100,7 +100,7 @@ def test_a_limit_that_is_not_met_changes_nothing(xy, d_min):
 @relentless
 @given(crowds() | strategies.point_sets(60))
 def test_a_locked_constriction_has_a_candidate(xy):
-    """Theorem 9: what is locked is so for the triangulation, not for wider graphs."""
+    """No pinwheel: what is locked is so for the triangulation, not for wider graphs."""
     xy = strategies.distinct(xy)
     locked = reference.constrict(xy)
     assert bool(len(locked.inside)) == bool(reference.widen(xy).captures)
