@@ -42,9 +42,9 @@ _LARGEST_ID = 2**63 - 1
 class Engine:
     """A planar object, known by points on its boundary.
 
-    Where constriction of the Delaunay triangulation would leave points inside, wider gamma-graphs
-    are used, as wide as needed, to gamma([-1, 1], [d_min, 1]) at most (section 3.1). -1 sets no
-    bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+    Where constriction of the Delaunay triangulation would leave points inside, sides of the wider
+    gamma-graph([-1, 1], [d_min, 1]) are used, those with small discs first (section 3.1). -1 sets
+    no bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
     """
 
     def __init__(self, d_min: float = -1.0) -> None:
