@@ -1,10 +1,11 @@
 """Flintstones: the complete tree, approximations of a built one, and one more point at a time.
 
-"Complete" asks a fresh engine, whose boundary is known, for the deepest level. "Approximate" asks
-a complete tree for tolerances it has not been asked for; the peer simplifies the whole ring for
-each (`shapely.simplify`, Douglas and Peucker's method without regard to topology). "Live" inserts
-points one by one on top of N, each followed by a `side`, which brings the boundary up to date, and
-an approximation of level 8. "Vertices kept" compares how many vertices either method needs.
+"Complete" asks a fresh engine, whose boundary is known, for the deepest level, or for a tolerance
+of 0, which makes the other tree. "Approximate" asks a complete tree for tolerances it has not been
+asked for; the peer simplifies the whole ring for each (`shapely.simplify`, Douglas and Peucker's
+method without regard to topology). "Live" inserts points one by one on top of N, each followed by
+a `side`, which brings the boundary up to date, and an approximation of level 8. "Vertices kept"
+compares how many vertices either method needs.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import statistics
 from functools import partial
 from time import process_time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -55,20 +56,25 @@ def complete(n: int, *, quick: bool) -> tables.Table:
     """Return what the whole tree costs a vertex."""
     table = tables.contest("Complete tree", "set", "N", unit="a vertex")
     for name, make in SETS.items():
-        found = compare({"flintknap": partial(grow, sets.shuffled(make(n)))}, n, quick=quick)
-        judged = {} if quick else {"flintknap": tables.at_most(MOST[name])}
+        points = sets.shuffled(make(n))
+        makers = {
+            "flintknap": partial(grow, points, {"level": DEEPEST}),
+            "for tolerances": partial(grow, points, {"tolerance": 0.0}),
+        }
+        found = compare(makers, n, quick=quick)
+        judged = {} if quick else dict.fromkeys(makers, tables.at_most(MOST[name]))
         tables.enter(table, [name, n], found, judged)
     return table
 
 
-def grow(points: Points, clock: Clock) -> str:
-    """Make all nodes."""
+def grow(points: Points, cut: dict[str, Any], clock: Clock) -> str:
+    """Make all nodes of a tree."""
     engine = fk.Engine()
     engine.insert(points)
     bounded(engine)
     with clock.lap(len(points)):
-        engine.approximate(level=DEEPEST)
-    return f"depth {engine.levels:,}"
+        found = engine.approximate(**cut)
+    return f"depth {found.level:,}"
 
 
 def approximate(n: int, *, quick: bool) -> tables.Table:
@@ -100,10 +106,10 @@ def approximate(n: int, *, quick: bool) -> tables.Table:
 
 
 def built(points: Points) -> tuple[fk.Engine, shapely.LineString]:
-    """Return an engine with its complete tree, and its ring as a closed line."""
+    """Return an engine with its complete tree for tolerances, and its ring as a closed line."""
     engine = fk.Engine()
     engine.insert(sets.shuffled(points))
-    engine.approximate(level=DEEPEST)
+    engine.approximate(tolerance=0.0)
     ring = engine.boundary().xy
     return engine, shapely.LineString(np.concatenate([ring, ring[:1]]))
 

@@ -65,7 +65,8 @@ class Hierarchy {
         double error;
     };
 
-    Hierarchy(const Triangulation& triangulation, const Ring& ring) : t_(triangulation), r_(ring) {}
+    Hierarchy(const Triangulation& triangulation, const Ring& ring, Parting parting)
+        : t_(triangulation), r_(ring), parting_(parting) {}
 
     // How many nodes are refined, the base included.
     Index refined() {
@@ -502,7 +503,7 @@ class Hierarchy {
     // The node and its edge, by a plain walk along the ring.
     std::string check(const Frame& f) const {
         std::string name = "polyline " + std::to_string(f.p) + " to " + std::to_string(f.s) + ": ";
-        Search plain;
+        Search plain(parting_);
         plain.begin(t_.site(f.p), t_.site(f.s));
         Index v = r_.next(f.p);
         if (f.node == kEdge) return v == f.s ? "" : name + "is no edge";
@@ -525,6 +526,7 @@ class Hierarchy {
 
     const Triangulation& t_;
     const Ring& r_;
+    Parting parting_;
     std::vector<Node> nodes_;
     Index free_ = kNone;            // the first node not in use
     Index refined_ = 0;             // nodes with children, and the base
@@ -536,7 +538,7 @@ class Hierarchy {
     std::int64_t searches_ = 0;
     std::vector<Index> heard_;  // vertices touched since the tree followed
     // Work in progress.
-    RingSearch search_{t_, r_};
+    RingSearch search_{t_, r_, parting_};
     std::vector<Frame> stack_;
     std::vector<Place> places_;  // touched vertices, in order
     std::vector<Change> changes_;

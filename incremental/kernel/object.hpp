@@ -141,12 +141,15 @@ class Object {
     const Ring& ring() const { return ring_; }
     void update_ring() {
         hierarchy_.hear(constriction_.links());
+        farthest_.hear(constriction_.links());
         splices_.update(ring_, *this, constriction_.links());
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
 
-    // The tree of Flintstones over it; not to be asked while there is no ring.
+    // The tree of Flintstones over it, and the one parted at farthest vertices; not to be asked
+    // while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
+    Hierarchy& farthest() { return farthest_; }
 
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>
@@ -162,7 +165,8 @@ class Object {
 
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
-               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes();
+               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes() +
+               farthest_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -175,7 +179,8 @@ class Object {
         if (broken.empty()) broken = widening_.check();
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
-        return broken.empty() ? hierarchy_.check() : broken;
+        if (broken.empty()) broken = hierarchy_.check();
+        return broken.empty() ? farthest_.check() : broken;
     }
 
    private:
@@ -244,7 +249,8 @@ class Object {
     Widening widening_;
     Ring ring_;
     Splices splices_;
-    Hierarchy hierarchy_{triangulation_, ring_};
+    Hierarchy hierarchy_{triangulation_, ring_, Parting::smaller_disc};
+    Hierarchy farthest_{triangulation_, ring_, Parting::farthest};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

@@ -15,7 +15,14 @@ Refuses nothing and checks nothing: rows are finite, distinct and within the ran
 
 from flintknap.reference import collision
 from flintknap.reference.constriction import Constriction, constrict
-from flintknap.reference.flintstone import Edge, approximate, base, in_flintstone, side_at_level
+from flintknap.reference.flintstone import (
+    Edge,
+    approximate,
+    base,
+    in_flintstone,
+    localize,
+    side_at_level,
+)
 from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.smooth import cubic, quadratic
@@ -37,6 +44,7 @@ __all__ = [
     "gamma",
     "hull",
     "in_flintstone",
+    "localize",
     "quadratic",
     "side",
     "side_at_level",

@@ -1,4 +1,4 @@
-"""The tree of Flintstones over a ring, from scratch.
+"""The tree of Flintstones over a ring, and the tree for tolerances, from scratch.
 
 Theory of operation
     Base.     The smallest disc that holds the ring; the two vertices on its rim that are farthest
@@ -11,6 +11,9 @@ Theory of operation
               its chord is split at the vertex nearest the chord's middle.
     Error.    The distance from the chord to the vertex farthest from it, rounded up to a double;
               if not 0, then LEAST_ERROR at least.
+    Tolerance. Approximations within a tolerance come from a tree of their own, from the same base:
+              a polyline is split at the vertex farthest from its chord (equal errors by
+              coordinates), as Douglas and Peucker did, and has no discs.
 
 A disc through p and s is known by the cotangent of the angle on its rim, left of the chord: its
 centre is so many half chords to the left of the chord's middle. Seen from the right the same circle
@@ -23,7 +26,8 @@ smallest disc O(h^4) for h points on the hull.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -43,7 +47,8 @@ class Edge:
 
     start, stop  places in the ring, the polyline runs from the one to the other
     level        how deep in the tree
-    left, right  places of the vertices that give the two discs, None where there are none
+    left, right  places of the vertices that give the two discs, None where there are none, and
+                 in the tree for tolerances
     split        place of the vertex at which the polyline is split, None if it is a single edge
     error        largest distance from the chord, rounded up
     """
@@ -76,11 +81,33 @@ def base(ring: ArrayLike) -> tuple[int, int]:
     return max(combinations(rim, 2), key=lambda pair: _squared(sites[pair[0]], sites[pair[1]]))
 
 
-def approximate(ring: ArrayLike, level: float = math.inf, tolerance: float = -1.0) -> list[Edge]:
+def approximate(
+    ring: ArrayLike, level: float = math.inf, tolerance: float | None = None
+) -> list[Edge]:
     """Edges of an approximation of a ring (n, 2), in order, from the smallest vertex on.
+
+    Without a tolerance those of the tree of Flintstones down to a level; with one, those of the
+    tree for tolerances. Section 4.1.
+    """
+    if tolerance is None:
+        return localize(ring, level)
+    return _cut(ring, level, tolerance, _farthest)
+
+
+def localize(ring: ArrayLike, level: float = math.inf, tolerance: float = -1.0) -> list[Edge]:
+    """Edges of the tree of Flintstones, in order, from the smallest vertex on.
 
     An edge above `level` is split while its error is beyond `tolerance`. Section 4.1.
     """
+    return _cut(ring, level, tolerance, _flintstone)
+
+
+def _cut(
+    ring: ArrayLike,
+    level: float,
+    tolerance: float,
+    made: Callable[[list[Site], Fraction, Edge, list[int]], Edge],
+) -> list[Edge]:
     xy = np.asarray(ring, np.float64).tolist()
     if not xy:
         return []
@@ -92,7 +119,9 @@ def approximate(ring: ArrayLike, level: float = math.inf, tolerance: float = -1.
     while todo:
         start, stop, depth = todo.pop()
         between = [(start + n) % count for n in range(1, (stop - start) % count)]
-        edge = _edge(sites, unit, start, stop, depth, between)
+        edge = Edge(start, stop, depth, None, None, None, 0.0)
+        if between:
+            edge = made(sites, unit, edge, between)
         if edge.split is None or depth >= level or edge.error <= tolerance:
             edges.append(edge)
         else:
@@ -129,12 +158,9 @@ def side_at_level(ring: ArrayLike, level: int, x: float, y: float) -> int:
     return 0 if near else side(ring, range(count), x, y)
 
 
-def _edge(
-    sites: list[Site], unit: Fraction, start: int, stop: int, level: int, between: list[int]
-) -> Edge:
-    p, s = sites[start], sites[stop]
-    if not between:
-        return Edge(start, stop, level, None, None, None, 0.0)
+def _flintstone(sites: list[Site], unit: Fraction, edge: Edge, between: list[int]) -> Edge:
+    """Return what is known of the polyline of an edge, in the tree of Flintstones."""
+    p, s = sites[edge.start], sites[edge.stop]
     rims: dict[bool, int | None] = {}
     for is_left in (True, False):
         there = [v for v in between if orient(p, s, sites[v]) * (1 if is_left else -1) > 0]
@@ -151,8 +177,19 @@ def _edge(
         assert offsets[0] <= offsets[1], "a polyline that no disc on its chord holds"
         radii = {left: abs(offsets[0]), right: abs(offsets[1])}  # in an increasing order, at least
         split = min(radii, key=lambda v: (radii[v], sites[v]))
-    farthest = max(_distance_squared(p, s, sites[v]) for v in between)
-    return Edge(start, stop, level, left, right, split, _root_up(farthest * unit * unit))
+    error = _farthest(sites, unit, edge, between).error
+    return replace(edge, left=left, right=right, split=split, error=error)
+
+
+def _farthest(sites: list[Site], unit: Fraction, edge: Edge, between: list[int]) -> Edge:
+    """Return the same in the tree for tolerances."""
+    p, s = sites[edge.start], sites[edge.stop]
+    squares = {v: _distance_squared(p, s, sites[v]) * unit * unit for v in between}
+    error = _root_up(max(squares.values()))
+    # All whose distance is rounded up to the same number are equally far.
+    less = Fraction(0 if error <= LEAST_ERROR else math.nextafter(error, 0.0)) ** 2
+    farthest = [v for v in between if squares[v] > less or error == 0]
+    return replace(edge, split=min(farthest, key=sites.__getitem__), error=error)
 
 
 def _side(rim: list[Site], v: Site) -> int:

@@ -6,18 +6,18 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The edges down to a cut, from the smallest of their vertices on.
-std::vector<Hierarchy::Edge> edges_of(Object& object, Cut cut, void (*poll)()) {
+// The edges down to a cut of a tree, from the smallest of their vertices on.
+std::vector<Hierarchy::Edge> edges_of(Hierarchy& tree, Cut cut, void (*poll)()) {
     std::vector<Hierarchy::Edge> edges;
-    if (object.ring().empty()) return edges;
-    object.hierarchy().cut(cut, poll, [&](const Hierarchy::Edge& e) { edges.push_back(e); });
+    tree.cut(cut, poll, [&](const Hierarchy::Edge& e) { edges.push_back(e); });
     auto first = std::min_element(edges.begin(), edges.end(),
                                   [](const auto& a, const auto& b) { return a.at < b.at; });
     std::rotate(edges.begin(), first, edges.end());
     return edges;
 }
 
-// Of each edge its first vertex: id and coordinates; its error; and the deepest level.
+// Of each edge its first vertex: id and coordinates; its error; and the deepest level. A tolerance
+// takes the fewest vertices where polylines are parted at the farthest.
 auto approximate(Kernel& k, Index level, double tolerance) {
     auto turn = k.with_ring();
     std::vector<std::int64_t> ids;
@@ -25,7 +25,10 @@ auto approximate(Kernel& k, Index level, double tolerance) {
     Index deepest = 0;
     Object& object = k.object();
     k.at_length([&](auto poll) {
-        std::vector<Hierarchy::Edge> edges = edges_of(object, {level, tolerance}, poll);
+        if (object.ring().empty()) return;
+        Hierarchy& tree =
+            tolerance == Hierarchy::kAnyError ? object.hierarchy() : object.farthest();
+        std::vector<Hierarchy::Edge> edges = edges_of(tree, {level, tolerance}, poll);
         ids.resize(edges.size());
         object.points().ids_in_slots(
             ids.size(), [&](std::size_t i) { return edges[i].start; }, ids.data());
@@ -50,7 +53,8 @@ auto localize(Kernel& k, Index level, double tolerance) {
     std::vector<double> ends, seen;
     Object& object = k.object();
     k.at_length([&](auto poll) {
-        for (const Hierarchy::Edge& e : edges_of(object, {level, tolerance}, poll)) {
+        if (object.ring().empty()) return;
+        for (const Hierarchy::Edge& e : edges_of(object.hierarchy(), {level, tolerance}, poll)) {
             Point p = e.at, s = object.site(e.stop);
             ids.push_back(object.points().id_in_slot(e.start));
             ids.push_back(object.points().id_in_slot(e.stop));
@@ -89,11 +93,11 @@ Index level_for(Kernel& k, double tolerance) {
     return level;
 }
 
-// How many nodes are refined, and the deepest level reached.
+// How many nodes of both trees are refined, and the deepest level reached.
 auto refined(Kernel& k) {
     auto turn = k.with_ring();
-    Hierarchy& hierarchy = k.object().hierarchy();
-    return nb::make_tuple(hierarchy.refined(), hierarchy.depth());
+    Hierarchy &hierarchy = k.object().hierarchy(), &farthest = k.object().farthest();
+    return nb::make_tuple(hierarchy.refined() + farthest.refined(), hierarchy.depth());
 }
 
 }  // namespace
