@@ -88,6 +88,7 @@ double round_up(double start, Reaches reaches) {
 
 // From v to an end p of the chord.
 inline double distance_to_point(Point p, Point v) {
+    if (v == p) return 0;
     Pair x = two_diff(v.x, p.x), y = two_diff(v.y, p.y);
     Pair squared = pair_sum(pair_product(x, x), pair_product(y, y));
     return round_up(std::sqrt(squared.high), [&](double e) {

@@ -115,9 +115,8 @@ class Hierarchy {
                 continue;
             }
             know(f, poll);
-            const Flintstone& found = nodes_[at(f.node)].found;
-            if (f.level >= want.level || found.error <= want.tolerance) {
-                emit(Edge{f.p, f.s, f.level, f.node, f.at, found.error});
+            if (is_final(f, want)) {
+                emit(Edge{f.p, f.s, f.level, f.node, f.at, nodes_[at(f.node)].found.error});
             } else {
                 part(f);
             }
@@ -129,26 +128,55 @@ class Hierarchy {
         return e.node == kEdge ? Flintstone{} : nodes_[at(e.node)].found;
     }
 
-    // Where w lies as far as the Flintstones down to a level tell: +1 inside, -1 outside, 0 if it
-    // is in one of that level and in all above it. Exact.
+    // For searches: one polyline, the two of level 0, and the halves of one whose error was asked.
+    struct Frame {
+        Index node, p, s, level;
+        Point at;  // of p
+    };
+    std::array<Frame, 2> top() {
+        begin();
+        return {stack_[1], stack_[0]};
+    }
+    std::array<Frame, 2> halves(const Frame& f) {
+        if (nodes_[at(f.node)].first == kNone) refine(f);
+        return {first_child(f), second_child(f)};
+    }
     template <class Poll>
-    int side(Point w, Index level, Poll poll) {
+    double error(const Frame& f, Poll& poll) {
+        if (f.node == kEdge) return 0;
+        know(f, poll);
+        return nodes_[at(f.node)].found.error;
+    }
+    // Whether the cut goes no further down than this one, whose error was asked.
+    bool is_final(const Frame& f, Cut want) const {
+        return f.node == kEdge || f.level >= want.level ||
+               nodes_[at(f.node)].found.error <= want.tolerance;
+    }
+    std::array<Point, 2> chord(const Frame& f) const { return {f.at, t_.site(f.s)}; }
+
+    // Where w lies as far as the tree down to a cut tells: +1 inside, -1 outside, 0 if it is in a
+    // Flintstone of the cut, no farther from its chord than the polyline, and so on all levels
+    // above. (The discs are known if polylines are parted there.) Exact.
+    template <class Poll>
+    int side(Point w, Cut want, Poll poll) {
         int winding = 0;
         begin();
         while (!stack_.empty()) {
             Frame f = stack_.back();
             stack_.pop_back();
-            Point p = t_.site(f.p), s = t_.site(f.s);
+            auto [p, s] = chord(f);
             bool is_near = false;
             if (f.node == kEdge) {
                 is_near = is_on_chord(p, s, w);
             } else {
                 know(f, poll);
-                is_near = is_inside(p, s, nodes_[at(f.node)].found, w);
+                const Flintstone& found = nodes_[at(f.node)].found;
+                is_near = (parting_ == Parting::farthest || is_inside(p, s, found, w)) &&
+                          distance_to_chord(p, s, w) <= found.error;
             }
             if (!is_near) {
                 winding += crossing(p, s, w);
-            } else if (f.node == kEdge || f.level >= level) {
+            } else if (is_final(f, want)) {
                 return 0;
             } else {
                 part(f);
@@ -228,10 +256,6 @@ class Hierarchy {
         Flintstone found;
         Index first = kNone, second = kNone;  // nodes, kEdge, or kNone both; of one not in use, the
                                               // next such
-    };
-    struct Frame {
-        Index node, p, s, level;
-        Point at;  // of p
     };
     // How far behind base_[0] a vertex is along the ring.
     struct Place {

@@ -150,6 +150,10 @@ class Object {
     // while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
     Hierarchy& farthest() { return farthest_; }
+    // The one that a cut goes through: a tolerance takes the fewest vertices in the second.
+    Hierarchy& tree(Cut cut) {
+        return cut.tolerance == Hierarchy::kAnyError ? hierarchy_ : farthest_;
+    }
 
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>

@@ -26,7 +26,7 @@ smallest disc O(h^4) for h points on the hull.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
@@ -62,6 +62,9 @@ class Edge:
     error: float
 
 
+Made = Callable[[list[Site], Fraction, Edge, list[int]], Edge]
+
+
 def base(ring: ArrayLike) -> tuple[int, int]:
     """Places of the two vertices of level 0 in a ring (n, 2), the smaller coordinates first.
 
@@ -89,44 +92,68 @@ def approximate(
     Without a tolerance those of the tree of Flintstones down to a level; with one, those of the
     tree for tolerances. Section 4.1.
     """
-    if tolerance is None:
-        return localize(ring, level)
-    return _cut(ring, level, tolerance, _farthest)
+    return _cut(tree(ring, tolerance), level, tolerance)
 
 
-def localize(ring: ArrayLike, level: float = math.inf, tolerance: float = -1.0) -> list[Edge]:
+def localize(
+    ring: ArrayLike, level: float = math.inf, tolerance: float | None = None
+) -> list[Edge]:
     """Edges of the tree of Flintstones, in order, from the smallest vertex on.
 
-    An edge above `level` is split while its error is beyond `tolerance`. Section 4.1.
+    An edge above `level` is split, while its error is beyond the tolerance if there is one.
+    Section 4.1.
     """
-    return _cut(ring, level, tolerance, _flintstone)
+    return _cut(tree(ring), level, tolerance)
 
 
-def _cut(
-    ring: ArrayLike,
-    level: float,
-    tolerance: float,
-    made: Callable[[list[Site], Fraction, Edge, list[int]], Edge],
-) -> list[Edge]:
-    xy = np.asarray(ring, np.float64).tolist()
-    if not xy:
-        return []
-    sites, count = integers(ring), len(xy)
-    unit = _unit(xy)
-    first, second = base(ring)
-    todo = [(second, first, 0), (first, second, 0)]
-    edges = []
-    while todo:
-        start, stop, depth = todo.pop()
+class Tree:
+    """One of the two trees over a ring (n, 2): edges of level 0, and the halves of each."""
+
+    def __init__(self, ring: ArrayLike, made: Made) -> None:
+        self.xy = np.asarray(ring, np.float64).reshape(-1, 2).tolist()
+        self.sites = integers(ring)
+        self._made = made
+
+    def top(self) -> list[Edge]:
+        """Return the two edges of level 0, none of an empty ring."""
+        if not self.xy:
+            return []
+        first, second = base(self.xy)
+        return [self._edge(first, second, 0), self._edge(second, first, 0)]
+
+    def halves(self, edge: Edge) -> list[Edge]:
+        """Return the two edges into which one is split."""
+        assert edge.split is not None
+        level = edge.level + 1
+        return [self._edge(edge.start, edge.split, level), self._edge(edge.split, edge.stop, level)]
+
+    def _edge(self, start: int, stop: int, level: int) -> Edge:
+        count = len(self.xy)
         between = [(start + n) % count for n in range(1, (stop - start) % count)]
-        edge = Edge(start, stop, depth, None, None, None, 0.0)
-        if between:
-            edge = made(sites, unit, edge, between)
-        if edge.split is None or depth >= level or edge.error <= tolerance:
+        edge = Edge(start, stop, level, None, None, None, 0.0)
+        return self._made(self.sites, _unit(self.xy), edge, between) if between else edge
+
+
+def tree(ring: ArrayLike, tolerance: float | None = None) -> Tree:
+    """Return the tree of Flintstones, or if there is a tolerance, the one for tolerances."""
+    return Tree(ring, _flintstone if tolerance is None else _farthest)
+
+
+def is_final(edge: Edge, level: float, tolerance: float | None) -> bool:
+    """Whether a cut goes no further down than this edge."""
+    kept = tolerance is not None and edge.error <= tolerance
+    return edge.split is None or edge.level >= level or kept
+
+
+def _cut(of: Tree, level: float, tolerance: float | None) -> list[Edge]:
+    todo, edges = of.top()[::-1], []
+    while todo:
+        edge = todo.pop()
+        if is_final(edge, level, tolerance):
             edges.append(edge)
         else:
-            todo += [(edge.split, stop, depth + 1), (start, edge.split, depth + 1)]
-    begin = min(range(len(edges)), key=lambda e: sites[edges[e].start])
+            todo += of.halves(edge)[::-1]
+    begin = min(range(len(edges)), key=lambda e: of.sites[edges[e].start], default=0)
     return edges[begin:] + edges[:begin]
 
 
@@ -141,21 +168,34 @@ def in_flintstone(ring: ArrayLike, edge: Edge, x: float, y: float) -> bool:
     return rim is not None and _cotangent(p, s, w) <= _cotangent(p, s, sites[rim])
 
 
-def side_at_level(ring: ArrayLike, level: int, x: float, y: float) -> int:
-    """+1 inside, -1 outside, 0 if (x, y) is in a Flintstone of the level and in all above it.
+def side_at(
+    ring: ArrayLike, x: float, y: float, level: float = math.inf, tolerance: float | None = None
+) -> int:
+    """+1 inside, -1 outside, 0 where an approximation does not tell.
 
-    Section 4.1.
+    That is where (x, y) is no farther from one of its edges than the edge's error, in the tree of
+    Flintstones in the Flintstone, too, and so for all edges above. Section 4.1.
     """
-    count = len(np.asarray(ring))
-    near = [(0, count)] if count else []  # stretches of the ring: first place, length
-    for depth in range(level + 1):
-        near = [
-            (edge.start, (edge.stop - edge.start) % count)
-            for edge in approximate(ring, depth)
-            if any((edge.start - first) % count < length for first, length in near)
-            and in_flintstone(ring, edge, x, y)
-        ]
-    return 0 if near else side(ring, range(count), x, y)
+    of = tree(ring, tolerance)
+    todo = of.top()
+    while todo:
+        edge = todo.pop()
+        ends = of.xy[edge.start], of.xy[edge.stop]
+        near = distance_up(*ends, (x, y)) <= edge.error
+        if tolerance is None:
+            near = near and in_flintstone(ring, edge, x, y)
+        if near and is_final(edge, level, tolerance):
+            return 0
+        if near:
+            todo += of.halves(edge)
+    return side(ring, range(len(of.xy)), x, y) if of.xy else -1
+
+
+def distance_up(p: Sequence[float], s: Sequence[float], v: Sequence[float]) -> float:
+    """Return the distance of v to the segment ps, which may be a point, rounded up."""
+    xy = [[*p], [*s], [*v]]
+    square = _distance_squared(*integers(xy))
+    return _root_up(square * _unit(xy) ** 2)
 
 
 def _flintstone(sites: list[Site], unit: Fraction, edge: Edge, between: list[int]) -> Edge:

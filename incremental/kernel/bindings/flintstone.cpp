@@ -1,4 +1,4 @@
-// Approximations, Flintstones, and where a place lies as far as a level tells.
+// Approximations and Flintstones.
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -16,8 +16,7 @@ std::vector<Hierarchy::Edge> edges_of(Hierarchy& tree, Cut cut, void (*poll)()) 
     return edges;
 }
 
-// Of each edge its first vertex: id and coordinates; its error; and the deepest level. A tolerance
-// takes the fewest vertices where polylines are parted at the farthest.
+// Of each edge its first vertex: id and coordinates; its error; and the deepest level.
 auto approximate(Kernel& k, Index level, double tolerance) {
     auto turn = k.with_ring();
     std::vector<std::int64_t> ids;
@@ -26,9 +25,8 @@ auto approximate(Kernel& k, Index level, double tolerance) {
     Object& object = k.object();
     k.at_length([&](auto poll) {
         if (object.ring().empty()) return;
-        Hierarchy& tree =
-            tolerance == Hierarchy::kAnyError ? object.hierarchy() : object.farthest();
-        std::vector<Hierarchy::Edge> edges = edges_of(tree, {level, tolerance}, poll);
+        Cut cut = {level, tolerance};
+        std::vector<Hierarchy::Edge> edges = edges_of(object.tree(cut), cut, poll);
         ids.resize(edges.size());
         object.points().ids_in_slots(
             ids.size(), [&](std::size_t i) { return edges[i].start; }, ids.data());
@@ -68,20 +66,6 @@ auto localize(Kernel& k, Index level, double tolerance) {
                           to_numpy(std::move(seen), 2));
 }
 
-auto side_at_level(Kernel& k, DoubleArray x, DoubleArray y, Index level) {
-    std::vector<std::int8_t> answers(x.shape(0), -1);
-    auto turn = k.with_ring();
-    Object& object = k.object();
-    k.at_length([&](auto poll) {
-        if (object.ring().empty()) return;
-        Hierarchy& hierarchy = object.hierarchy();
-        for (std::size_t i = 0; i < answers.size(); ++i) {
-            answers[i] = static_cast<std::int8_t>(hierarchy.side({x(i), y(i)}, level, poll));
-        }
-    });
-    return to_numpy(std::move(answers));
-}
-
 Index level_for(Kernel& k, double tolerance) {
     auto turn = k.with_ring();
     Index level = 0;
@@ -106,7 +90,6 @@ void bind_flintstone(KernelClass& kernel) {
     using namespace nb::literals;
     kernel.def("approximate", approximate, "level"_a, "tolerance"_a)
         .def("localize", localize, "level"_a, "tolerance"_a)
-        .def("side_at_level", side_at_level, "x"_a, "y"_a, "level"_a)
         .def("level_for", level_for, "tolerance"_a)
         .def("refined", refined);
 }
