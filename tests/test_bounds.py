@@ -115,6 +115,9 @@ def test_two_objects_agree_with_the_reference(case, cut):
     assert found == two.clearance(one, **cut) == reference.clearance(*rings, **cut)
     exact = one.clearance(two)
     assert holds(found, exact)
+    if "tolerance" in cut and math.isfinite(exact):
+        slack = found.upper * 2**-50 + 1e-69
+        assert found.upper - found.lower <= 3 * cut["tolerance"] + slack
     for least in (-1.0, 0.0, found.lower, found.upper, exact, exact / 2, 2 * exact, 1.0):
         if math.isfinite(least):
             told = one.clearance(two, at_least=least, **cut)

@@ -390,6 +390,46 @@ def test_after_a_change_the_rest_of_the_tree_stays():
     assert engine.refined > 0.9 * before
 
 
+@pytest.mark.parametrize("cut", [{"level": 10**9}, {"tolerance": 0.0}])
+def test_after_a_batch_what_it_did_not_touch_stays(cut):
+    """A batch makes the constriction from scratch; the sequence before and after is compared."""
+    xy = np.random.default_rng(3).permutation(coast(20_000))
+    engine = built(xy[:-300])
+    engine.approximate(**cut)
+    before = engine.refined
+    ids = engine.insert(xy[-300:])
+    assert engine.refined > before / 5
+    engine.check()
+    engine.approximate(**cut)
+    engine.remove(ids)
+    assert engine.refined > before / 5
+    engine.check()
+    fresh = built(xy[:-300])
+    for each in (cut, {"level": 9}, {"tolerance": 0.01}):
+        ours, theirs = engine.approximate(**each), fresh.approximate(**each)
+        assert ours.xy.tolist() == theirs.xy.tolist()
+        assert ours.error.tolist() == theirs.error.tolist()
+    engine.insert(np.random.default_rng(4).random((20_000, 2)))
+    assert engine.refined == 0  # nearly nothing is as it was
+    engine.check()
+
+
+@relentless
+@given(changes(60))
+def test_batches_are_followed_as_single_changes_are(history):
+    xy, start, steps, rng = history
+    engine, waiting = built(xy[:start]), xy[start:]
+    for coming, leaving, questions in steps:
+        for level, tolerance in [(10**9, None), (None, 0.0), *questions]:
+            engine.approximate(level=level, tolerance=tolerance)
+        engine.insert(waiting[: 4 * coming])
+        waiting = waiting[4 * coming :]
+        engine.remove(rng.permutation(engine.ids())[: 2 * leaving])
+        engine.check()
+        for level, tolerance in questions:
+            judge(engine, level=level, tolerance=tolerance)
+
+
 def test_level_for_is_the_first_level_that_keeps_the_tolerance():
     engine = built(coast(600))
     errors = [engine.approximate(level=level).largest_error for level in range(15)]

@@ -47,8 +47,8 @@ class Bounds(NamedTuple):
     """What is known of a number: lower <= number <= upper, both rounded outward.
 
     Each level's bounds of a distance to the boundary, or of a first hit, lie within those of the
-    level above. Within a tolerance the bounds of a distance differ by no more than twice that, and
-    by no more than four times if both objects are known within it only, but for rounding.
+    level above. Within a tolerance the bounds of a distance differ by no more than twice that,
+    those of the clearance of two objects by no more than three times, but for rounding.
     """
 
     lower: float | NDArray[np.float64]

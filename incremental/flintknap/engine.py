@@ -268,13 +268,15 @@ class Engine:
     ) -> Approximation:
         """Return a polygon through some vertices of the boundary (section 4.1).
 
-        With a ``level``: the vertices of all levels down to it, so that each level has those of the
-        level before; two on level 0, at most twice as many on the next. With a ``tolerance``: edges
-        are split only while the boundary strays farther than that, in the unit of the input.
+        With a ``level``: the vertices of all levels of the tree of Flintstones down to it, so that
+        each level has those of the level before; two on level 0, at most twice as many on the next.
+        With a ``tolerance``: few vertices that keep it. From the vertices of level 0 on, an edge is
+        split, where the boundary strays farthest from it, only while that is farther than the
+        tolerance, in the unit of the input. So a smaller tolerance has the vertices of a larger.
 
-        A degenerate object has no vertices. The tree is refined as far as the answer needs, once:
-        a search for each edge that is reached for the first time, at worst as long as the stretch
-        of the boundary behind it; then O(1) an edge.
+        A degenerate object has no vertices. Either tree is refined as far as the answer needs,
+        once: a search for each edge that is reached for the first time, at worst as long as the
+        stretch of the boundary behind it; then O(1) an edge.
 
         Raises InputError unless one of the two is given, the level an integer, neither negative.
         """
@@ -284,10 +286,11 @@ class Engine:
         return Approximation(ids, xy, error, deepest)
 
     def localize(self, *, level: int | None = None, tolerance: float | None = None) -> Flintstones:
-        """Return the Flintstones of an approximation's edges: areas that hold the boundary.
+        """Return Flintstones: areas that together hold the boundary (section 4.1).
 
-        Arguments, errors and cost are those of approximate, of which row k is about edge k. The
-        Flintstone of an edge of the boundary is the edge itself (section 4.1).
+        Arguments, errors and cost are those of approximate. With a ``level``, row k is about edge k
+        of that approximation; with a ``tolerance``, the tree of Flintstones is cut where edges keep
+        it, which takes more of them. The Flintstone of an edge of the boundary is the edge itself.
         """
         ids, ends, seen = self._kernel.localize(*inputs.cut(level, tolerance))
         return flintstones(ids, ends.reshape(-1, 2, 2), seen)
@@ -305,16 +308,18 @@ class Engine:
     def levels(self) -> int:
         """The deepest level that queries have reached so far; 0 before any.
 
-        Changes may take levels back. See level_for(0.0) for the depth of the whole tree.
+        Of the tree of Flintstones. Changes may take levels back. See level_for(0.0) for the depth
+        of the whole tree.
         """
         return self._kernel.refined()[1]
 
     @property
     def refined(self) -> int:
-        """How many nodes the tree has so far: the base, and one for each vertex below level 0.
+        """How many nodes the trees have so far: the base, and one for each vertex below level 0.
 
         Nodes exist where a query has reached them; changes take away those that are no longer what
-        they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all.
+        they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all, in the tree of
+        Flintstones, whose levels these are, and as many in the one that tolerances ask for.
         """
         return self._kernel.refined()[0]
 

@@ -68,6 +68,8 @@ class Hierarchy {
     Hierarchy(const Triangulation& triangulation, const Ring& ring, Parting parting)
         : t_(triangulation), r_(ring), parting_(parting) {}
 
+    bool is_begun() const { return refined_ > 0; }
+
     // How many nodes are refined, the base included.
     Index refined() {
         follow();
@@ -76,9 +78,7 @@ class Hierarchy {
     // The deepest level that has a vertex.
     Index depth() {
         follow();
-        std::size_t levels = at_level_.size();
-        while (levels > 1 && at_level_[levels - 1] == 0) --levels;
-        return static_cast<Index>(std::max<std::size_t>(levels, 1)) - 1;
+        return deepest();
     }
 
     void clear() {
@@ -92,10 +92,13 @@ class Hierarchy {
         heard_.clear();
     }
 
-    // The ring is about to follow these links. The tree does so when it is asked.
+    // The ring is about to follow these links. The tree does so when it is asked; where that may
+    // take longer than making it anew, it is given up.
     void hear(const Links& links) {
         if (links.none() || refined_ == 0) return;
-        if (links.all() || heard_.size() + links.touched().size() > at(r_.size()) / 8) {
+        std::size_t touched = heard_.size() + links.touched().size();
+        bool is_long = touched * at(deepest()) > 16 * at(refined_) + at(r_.size());
+        if (links.all() || touched > at(r_.size()) / 8 || is_long) {
             clear();
         } else {
             heard_.insert(heard_.end(), links.touched().begin(), links.touched().end());
@@ -347,6 +350,12 @@ class Hierarchy {
     }
 
     // ------------------------------------------------------------------ nodes
+    Index deepest() const {
+        std::size_t levels = at_level_.size();
+        while (levels > 1 && at_level_[levels - 1] == 0) --levels;
+        return static_cast<Index>(std::max<std::size_t>(levels, 1)) - 1;
+    }
+
     bool is_there(const Vertex& v) const { return r_.holds(v.index) && t_.site(v.index) == v.at; }
 
     Index new_node() {

@@ -140,9 +140,13 @@ class Object {
     // The same as a sequence with ranks and boxes, as it was at the last update_ring.
     const Ring& ring() const { return ring_; }
     void update_ring() {
-        hierarchy_.hear(constriction_.links());
-        farthest_.hear(constriction_.links());
-        splices_.update(ring_, *this, constriction_.links());
+        Links& links = constriction_.links();
+        if (links.all() && (hierarchy_.is_begun() || farthest_.is_begun())) {
+            splices_.compare(ring_, *this, links);
+        }
+        hierarchy_.hear(links);
+        farthest_.hear(links);
+        splices_.update(ring_, *this, links);
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
 
