@@ -12,7 +12,10 @@ void for_all(Kernel& k, std::size_t n, F f) {
     auto turn = k.with_ring();
     if (k.object().ring().empty()) return;
     k.at_length([&](auto poll) {
-        for (std::size_t i = 0; i < n; ++i) f(i, poll);
+        for (std::size_t i = 0; i < n; ++i) {
+            if (i % 4096 == 4095) poll();
+            f(i, poll);
+        }
     });
 }
 
