@@ -53,6 +53,11 @@ inline double more(double a, double b) {
     return b == 0 ? a : a == 0 ? b : std::nextafter(a + b, kFar);
 }
 
+// Whether the boxes of the chords alone tell that the two are farther apart than that.
+inline bool are_beyond(const Strand& a, const Strand& b, double far) {
+    return squared_gap(box_of(a.p, a.s), box_of(b.p, b.s)) > gap_within(far + a.error + b.error);
+}
+
 // Of a distance. `crosses`: the two certainly cross.
 struct Bounds {
     double lower = kFar, upper = kFar;
@@ -180,6 +185,7 @@ class Approach {
     }
 
     void add(Couple c, double within) {
+        if (are_beyond(c.a.strand, c.b.strand, std::min(within, found_.upper))) return;
         Bounds here = bounds(c.a.strand, c.b.strand);
         c.lower = std::max(c.lower, here.lower);
         found_.upper = std::min(found_.upper, here.upper);
@@ -238,8 +244,9 @@ class FirstHit {
     };
 
     void add(const typename One::Item& item, double entry) {
-        const Strand& strand = item.strand;
-        Bounds apart = bounds(strand, {s_.p, s_.q, 0});
+        const Strand &strand = item.strand, segment = {s_.p, s_.q, 0};
+        if (are_beyond(strand, segment, 0)) return;
+        Bounds apart = bounds(strand, segment);
         if (apart.lower > 0) return;
         if (strand.error == 0) {
             double t = s_.parameter({strand.p, strand.s});
