@@ -12,7 +12,8 @@
 //                      [first]            [second]        nodes do not store them
 //
 // A node is *known* when its polyline has been searched, *refined* when its children exist. A child
-// that is a single edge of the ring is no node.
+// that is a single edge of the ring is no node. Polylines may also be parted at the vertex farthest
+// from the chord: then there are no discs, and all else is the same.
 //
 // Through changes. Some vertices of the ring are touched: all those followed by another one than
 // before, all that are new. A polyline without a touched vertex is what it was, and so are all
