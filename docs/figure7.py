@@ -1,7 +1,7 @@
 """Figure 7 of the 1993 paper once more: approximations of the Benelux, with their Flintstones.
 
 `python docs/figure7.py` replays the log and writes figure7.svg beside itself: levels 2, 4 and 6,
-and an adaptive approximation, in which only edges that stray too far were split.
+and an adaptive one, in which only edges that stray too far were split.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ def main() -> None:
         "@media (prefers-color-scheme: dark) { text { fill: #bbb } }</style>",
     ]
     for index, cut in enumerate(CUTS):
-        found = engine.approximate(**cut)
-        name = f"level {found.level}" if "level" in cut else f"within {cut['tolerance']:g} km"
+        found = engine.localize(**cut)
+        name = f"level {cut['level']}" if "level" in cut else f"within {cut['tolerance']:g} km"
         caption = f"{name}: {len(found)} of {len(engine.boundary())} vertices"
         x, y = index % 2 * PANEL, index // 2 * (PANEL + CAPTION)
         place = f'<svg x="{x}" y="{y}" width="{PANEL}" height="{PANEL}" '

@@ -1,7 +1,11 @@
-"""What collision queries return: the nearest point, the first hit, all crossings.
+"""What collision queries return: the nearest point, the first hit, all crossings, bounds.
 
 Of scalars, scalars; of arrays, arrays of their common shape. Edges are told by the ids of their
 ends, `start` and `stop`, counter-clockwise along the boundary.
+
+Asked with a level or a tolerance, queries answer from that approximation and its errors (section
+4.1), refine the tree only where the answer lies, and never contradict the exact answer: numbers
+come as Bounds, and yes or no as +1, certainly yes, -1, certainly no, or 0, not decided there.
 """
 
 from __future__ import annotations
@@ -37,6 +41,18 @@ class Hit(NamedTuple):
     t: float | NDArray[np.float64]
     start: int | NDArray[np.int64]
     stop: int | NDArray[np.int64]
+
+
+class Bounds(NamedTuple):
+    """What is known of a number: lower <= number <= upper, both rounded outward.
+
+    Each level's bounds of a distance to the boundary, or of a first hit, lie within those of the
+    level above. Within a tolerance the bounds of a distance differ by no more than twice that,
+    those of the clearance of two objects by no more than three times, but for rounding.
+    """
+
+    lower: float | NDArray[np.float64]
+    upper: float | NDArray[np.float64]
 
 
 class Crossings(NamedTuple):

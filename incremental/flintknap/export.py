@@ -10,8 +10,8 @@ SVG is drawn on a canvas whose longer side has SIZE units, to a hundredth of a u
 Lines have the same width at every scale. Colours suit a light page and, where the viewer says so,
 a dark one. Dots are vertices, drawn where they are not crowded; crosses are points left inside.
 
-With a level or a tolerance the SVG shows an approximation and its Flintstones over the boundary:
-areas of arcs that hold it, and a dot at each vertex of the approximation.
+With a level or a tolerance the SVG shows the Flintstones of that cut over the boundary: areas of
+arcs that hold it, their chords, and a dot at each end of one.
 
 A degenerate object has no polygon: null geometry in GeoJSON, and its bare points in SVG.
 
@@ -81,7 +81,7 @@ def svg(
 ) -> str:
     """Return a picture of all objects in the order given, later ones over earlier ones.
 
-    ``level`` or ``tolerance``, not both: draw that approximation and its Flintstones, too.
+    ``level`` or ``tolerance``, not both: draw the Flintstones of that cut and their chords, too.
     """
     stones: dict[str, Flintstones] = {}
     if level is not None or tolerance is not None:

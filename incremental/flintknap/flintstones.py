@@ -1,9 +1,10 @@
-"""What the tree of Flintstones returns: approximations, and areas that hold the boundary.
+"""What trees over the boundary return: approximations, and areas that hold the boundary.
 
-Both belong to a cut through the tree (section 4.1): all its edges of one level, or those that were
-not worth splitting because they keep a tolerance. Row k of the one and of the other are about the
-same edge: from the k-th vertex of the approximation to the next, in place of a polyline, the
-stretch of the boundary from the one to the other.
+Both belong to a cut through a tree (section 4.1): all its edges of one level, or those that were
+not worth splitting because they keep a tolerance. An edge stands for a polyline, the stretch of the
+boundary from its one end to the other. On a level, row k of the one and of the other are about the
+same edge. Within a tolerance, approximations have a tree of their own, split where the boundary
+strays farthest, which needs fewer vertices, but whose polylines have no Flintstones.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class Approximation:
         error: float64 (n,), for each edge the largest distance of the boundary between its ends
             from it, rounded up: no smaller double bounds it. Distances below 1e-70 but not 0
             count as 1e-70.
-        level: the deepest level of which it has a vertex.
+        level: the deepest level of which it has a vertex, in its tree.
     """
 
     ids: NDArray[np.int64]
@@ -61,7 +62,7 @@ class Approximation:
 
 @dataclass(frozen=True, eq=False)
 class Flintstones:
-    """Areas that hold the boundary, one for each edge of an approximation (section 4.1).
+    """Areas that hold the boundary, one for each edge of a cut (section 4.1).
 
     Arrays are read-only. A Flintstone is what two discs through the ends of a chord have in common;
     [k, 0] is about the disc that bounds it on the left of chord k, [k, 1] about that on the right.

@@ -138,13 +138,24 @@ class Object {
     // The same as a sequence with ranks and boxes, as it was at the last update_ring.
     const Ring& ring() const { return ring_; }
     void update_ring() {
-        hierarchy_.hear(constriction_.links());
-        splices_.update(ring_, *this, constriction_.links());
+        Links& links = constriction_.links();
+        if (links.all() && (hierarchy_.is_begun() || farthest_.is_begun())) {
+            splices_.compare(ring_, *this, links);
+        }
+        hierarchy_.hear(links);
+        farthest_.hear(links);
+        splices_.update(ring_, *this, links);
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
 
-    // The tree of Flintstones over it; not to be asked while there is no ring.
+    // The tree of Flintstones over it, and the one parted at farthest vertices; not to be asked
+    // while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
+    Hierarchy& farthest() { return farthest_; }
+    // The one that a cut goes through: a tolerance takes the fewest vertices in the second.
+    Hierarchy& tree(Cut cut) {
+        return cut.tolerance == Hierarchy::kAnyError ? hierarchy_ : farthest_;
+    }
 
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>
@@ -160,7 +171,8 @@ class Object {
 
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
-               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes();
+               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes() +
+               farthest_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -173,7 +185,8 @@ class Object {
         if (broken.empty()) broken = widening_.check();
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
-        return broken.empty() ? hierarchy_.check() : broken;
+        if (broken.empty()) broken = hierarchy_.check();
+        return broken.empty() ? farthest_.check() : broken;
     }
 
    private:
@@ -242,7 +255,8 @@ class Object {
     Widening widening_;
     Ring ring_;
     Splices splices_;
-    Hierarchy hierarchy_{triangulation_, ring_};
+    Hierarchy hierarchy_{triangulation_, ring_, Parting::smaller_disc};
+    Hierarchy farthest_{triangulation_, ring_, Parting::farthest};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };
