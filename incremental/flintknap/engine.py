@@ -31,6 +31,8 @@ from flintknap.flintstones import Approximation, Flintstones, flintstones
 from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap.boundary import Status
@@ -490,6 +492,35 @@ class Engine:
         turned = (first[:, np.newaxis] + np.arange(3)) % 3
         rows = np.take_along_axis(rows, turned, axis=1)
         return rows[np.lexsort(rows.T[::-1])]
+
+    # ------------------------------------------------------------------ pictures
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        layers: str | None = None,
+        color: ColorType | None = None,
+        label: str | None = None,
+    ) -> Axes:
+        """Draw layers of the object on axes of matplotlib, as Boundary.plot does.
+
+        ``layers`` is a list such as "points,graph:gabriel,boundary,flintstones:4,smooth", later
+        ones over earlier ones; `flintknap replay --help` has them all. If left out, the boundary,
+        and the points where they are not crowded. Costs what these questions cost.
+
+        Raises InputError for what is no list of layers, ImportError where matplotlib is not
+        installed: `pip install 'flintknap[plot]'`.
+        """
+        from flintknap import picture, plot
+
+        (group,) = picture.compose({"": self}, layers).groups
+        return plot.plot(ax, group.marks, color, label)
+
+    def to_svg(self, layers: str | None = None) -> str:
+        """Return a picture of layers of the object, chosen as in plot, for light and dark pages."""
+        from flintknap import svg
+
+        return svg.draw({"object": self}, layers)
 
     # ------------------------------------------------------------------ verification
     def digest(self) -> str:

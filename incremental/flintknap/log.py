@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import shutil
 import sys
 import zlib
 from contextlib import contextmanager, nullcontext
@@ -120,6 +121,27 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def filling(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Make a folder that takes the place of ``path`` if all goes well, and else leaves no trace.
+
+    Raises InputError if there is something already, other than an empty folder.
+    """
+    target = Path(path).resolve()
+    if target.exists() and not (target.is_dir() and next(target.iterdir(), None) is None):
+        raise InputError(f"{path}: got what is there already, expected a new or an empty folder")
+    temporary = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        temporary.mkdir()
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    try:
+        yield temporary
+        temporary.replace(target)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _lines(file: BufferedReader, file_name: str) -> Iterator[tuple[int, list[bytes], int]]:

@@ -30,6 +30,8 @@ from flintknap.errors import InputError
 from flintknap.geometry import Polygonal
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import NDArray
     from scipy.interpolate import BPoly
 
@@ -201,9 +203,20 @@ class BezierCurve:
 
     def to_svg(self) -> str:
         """Return a picture, its curve made of the very segments (C or Q commands). O(n)."""
-        from flintknap import export
+        from flintknap import svg
 
-        return export.curve(self.control)
+        return svg.curve(self.control)
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw the curve on axes, as Boundary.plot does. O(n).
+
+        Its very segments: the curve is as smooth at any size.
+        """
+        from flintknap import picture, plot
+
+        return plot.plot(ax, [picture.Mark("curve", picture.Curve(self.control))], color, label)
 
     def _spread(self, control: NDArray[np.float64], per_segment: int) -> NDArray[np.float64]:
         if per_segment < 1:
