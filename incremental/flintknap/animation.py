@@ -13,6 +13,7 @@ Refuses what log.py refuses; needs matplotlib.
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ SIZE = 800  # pixels of the longer side of frames
 
 
 class Survey(NamedTuple):
-    """What a replay will meet: the box of all its places, and the number of its events."""
+    """What a replay will meet: the ``box`` of all its places, and how many ``events``."""
 
     box: Box
     events: int
@@ -65,7 +66,7 @@ class Camera:
     """Takes frames of a replay: into a folder, numbered from 000001 on, into a GIF, or both.
 
     One after ``every`` so many events of what was surveyed, or else about FRAMES of them; their
-    ``layers`` as in picture.compose.
+    ``layers`` as in picture.compose. ``seconds`` is what taking them has cost so far.
     """
 
     def __init__(
@@ -79,7 +80,7 @@ class Camera:
         self.box, self.layers, self.gif, self.folder = ahead.box, layers, gif, folder
         self.every = every or max(1, round(ahead.events / FRAMES))
         self.frames = math.ceil(ahead.events / self.every)
-        self.taken = 0
+        self.taken, self.seconds = 0, 0.0
         self.kept: list[bytes] = []
 
     def hooks(self, progress: Callable[[int], Any]) -> dict[str, Any]:
@@ -93,12 +94,14 @@ class Camera:
 
     def take(self, engines: Mapping[str, Engine]) -> None:
         """Take a frame of all objects as they are."""
+        began = time.perf_counter()
         frame = plot.png(picture.compose(engines, self.layers, box=self.box), SIZE)
         self.taken += 1
         if self.folder is not None:
             (self.folder / f"{self.taken:06}.png").write_bytes(frame)
         if self.gif is not None:
             self.kept.append(frame)
+        self.seconds += time.perf_counter() - began
 
     def finish(self, engines: Mapping[str, Engine]) -> None:
         """Write the GIF, if one is asked for; of a log without events, there is one frame."""

@@ -55,8 +55,8 @@ def replay(options: argparse.Namespace) -> int:
             )
             if path is not None
         ]
-        started = time.perf_counter()
         camera = _camera(options, chosen, files)
+        started = time.perf_counter()
         bar = _bar(*_size(options.log)) if camera is None else _bar(camera.frames, "frame")
         with bar as progress:
             done = replayed(
@@ -69,7 +69,7 @@ def replay(options: argparse.Namespace) -> int:
             )
             for engine in done.engines.values():
                 engine.boundary()
-        seconds = time.perf_counter() - started
+        seconds = time.perf_counter() - started - (camera.seconds if camera else 0)
         for file, made in outputs:
             file.write(made(done))
         if camera is not None:

@@ -40,7 +40,7 @@ WHOLE = ("smooth", "control")  # of the boundary, if no cut is named
 
 
 class Layer(NamedTuple):
-    """A kind of layer, and the keyword arguments of the engine's method that it shows."""
+    """A ``kind`` of layer, and as ``options`` the arguments of the engine's method it shows."""
 
     kind: str
     options: dict[str, Any]

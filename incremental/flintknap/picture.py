@@ -43,7 +43,15 @@ DARK = ["#63b3ed", "#f6ad55", "#68d391", "#b794f4", "#4fd1e5", "#ecc94b"]
 
 
 class Style(NamedTuple):
-    """How marks of a role look: widths in units, and colours if not that of their object."""
+    """How marks of a role look.
+
+    Attributes:
+        width: of lines and dots, in units.
+        fill: how opaque the inside is, from 0 to 1.
+        light: colour on a light page; "" for that of the object.
+        dark: colour on a dark page, likewise.
+
+    """
 
     width: float
     fill: float = 0.0  # opacity of the inside
@@ -66,37 +74,37 @@ STYLES = {
 
 
 class Polygon(NamedTuple):
-    """A closed polygon with vertices float64 (n, 2)."""
+    """A closed polygon with vertices ``xy``, float64 (n, 2)."""
 
     xy: Doubles
 
 
 class Segments(NamedTuple):
-    """Straight lines from [:, 0] to [:, 1], float64 (n, 2, 2)."""
+    """Straight lines between ``ends``, float64 (n, 2, 2), from [:, 0] to [:, 1]."""
 
     ends: Doubles
 
 
 class Dots(NamedTuple):
-    """Round dots at float64 (n, 2)."""
+    """Round dots at ``xy``, float64 (n, 2)."""
 
     xy: Doubles
 
 
 class Crosses(NamedTuple):
-    """Diagonal crosses at float64 (n, 2)."""
+    """Diagonal crosses at ``xy``, float64 (n, 2)."""
 
     xy: Doubles
 
 
 class Curve(NamedTuple):
-    """A closed curve of Bezier segments, by control points float64 (n, 3 or 4, 2)."""
+    """A closed curve of Bezier segments by their ``control`` points, float64 (n, 3 or 4, 2)."""
 
     control: Doubles
 
 
 class Lenses(NamedTuple):
-    """Flintstones: each between an arc on the right of its chord and one on the left."""
+    """The areas of ``stones``: each between an arc right of its chord and one left of it."""
 
     stones: Flintstones
 
@@ -105,21 +113,21 @@ Shape: TypeAlias = Polygon | Segments | Dots | Crosses | Curve | Lenses
 
 
 class Mark(NamedTuple):
-    """Something to draw, in the unit of the input, and what it is: a key of STYLES."""
+    """Something to draw: a ``shape`` in the unit of the input, and its ``role`` in STYLES."""
 
     role: str
     shape: Shape
 
 
 class Group(NamedTuple):
-    """The marks of an object, in the order of drawing, with what is to be said about it."""
+    """The ``marks`` of an object in the order of drawing, and in ``title`` what is said of it."""
 
     title: str
     marks: list[Mark]
 
 
 class Picture(NamedTuple):
-    """All objects, in the order of drawing, and the box that is to be seen."""
+    """The ``groups`` of objects in the order of drawing, the ``box`` to be seen, a ``title``."""
 
     title: str
     box: Box
