@@ -207,7 +207,7 @@ layers, drawn in the order of the list, later ones over earlier ones:
         "each object. Exit code 1 if one is broken: please report it, with the log.",
         """\
   flintknap check log.jsonl.gz
-  zcat log.jsonl.gz | head -1000 | flintknap check - && echo sound""",
+  zcat log.jsonl.gz | head -1000 | flintknap check -""",
     )
     verb.add_argument("log", metavar="LOG", help=LOG)
     return parser
