@@ -29,11 +29,11 @@ LOG = HERE.parent / "replay_logs" / "benelux.jsonl.gz"
 
 GAP, LINE, FOOT = 24, 20, 4  # units: between panels, of a line of text, below the last one
 TEXT = """\
-text { font: 15px system-ui, sans-serif; text-anchor: middle; fill: #1f2328 }
-text + text { font-size: 13px; fill: #59636e }
+.flintknap text { font: 15px system-ui, sans-serif; text-anchor: middle; fill: #1f2328 }
+.flintknap text + text { font-size: 13px; fill: #59636e }
 @media (prefers-color-scheme: dark) {
-text { fill: #e6edf3 }
-text + text { fill: #9198a1 }
+.flintknap text { fill: #e6edf3 }
+.flintknap text + text { fill: #9198a1 }
 }"""
 CUTS = ["2", "4", "6", "tolerance=8"]
 GRAPHS = [
@@ -143,8 +143,8 @@ def figure7(benelux: fk.Engine) -> str:
         ]
         panels.append(Panel(shown(benelux, each, box), caption))
     title = "Approximations of the Benelux, and their Flintstones"
-    thin = ".area { stroke-width: 1 } .cut { stroke-width: 1.25 } .corners { stroke-width: 3.5 }"
-    return figure(title, panels, width=440, style=thin)
+    thinner = {"area": 1, "cut": 1.25, "corners": 3.5}
+    return figure(title, panels, width=440, thinner=thinner)
 
 
 def figure9() -> str:
@@ -188,7 +188,7 @@ def spectrum() -> str:
         panels.append(Panel(drawn, caption))
         before = edges
     title = "The γ-spectrum on one set of points"
-    return figure(title, panels, width=260, columns=3, style=".cut { stroke-width: 1 }")
+    return figure(title, panels, width=260, columns=3, thinner={"cut": 1})
 
 
 def widening() -> str:
@@ -217,9 +217,18 @@ def shown(of: fk.Engine, layers: str, box: picture.Box | None = None) -> Picture
 
 
 def figure(
-    title: str, panels: list[Panel], *, width: float, columns: int = 2, style: str = ""
+    title: str,
+    panels: list[Panel],
+    *,
+    width: float,
+    columns: int = 2,
+    thinner: dict[str, float] | None = None,
 ) -> str:
-    """Return panels of some width in rows, each with its caption, as one picture."""
+    """Return panels of some width in rows, each with its caption, as one picture.
+
+    ``thinner`` has the widths of marks, by their role, that would be too thick on small panels.
+    """
+    widths = [f".flintknap .{r} {{ stroke-width: {w:g} }}" for r, w in (thinner or {}).items()]
     canvases = [svg.Canvas(panel.picture.box) for panel in panels]
     sizes = [tuple(map(float, canvas.box.split()[2:])) for canvas in canvases]
     scale = min(width / w for w, _ in sizes)
@@ -228,10 +237,10 @@ def figure(
     whole = columns * (width + GAP) - GAP, -(-len(panels) // columns) * row - GAP + FOOT
     groups = [group for panel in panels for group in panel.picture.groups]
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole[0]:g} {whole[1]:g}">',
+        svg.head(f"0 0 {whole[0]:g} {whole[1]:g}"),
         f"<title>{title}</title>",
-        svg.stylesheet(groups),
-        f"<style>\n{TEXT}\n{style}\n</style>",
+        svg.stylesheet(groups, 1),
+        "\n".join(["<style>", TEXT, *widths, "</style>"]),
     ]
     for index, (panel, canvas, (w, h)) in enumerate(zip(panels, canvases, sizes, strict=True)):
         left, top = index % columns * (width + GAP), index // columns * row

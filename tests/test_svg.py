@@ -211,6 +211,15 @@ def test_dots_get_smaller_where_there_are_many():
         assert path.get("style") == (width and f"stroke-width: {width:.2f}")
 
 
+def test_a_picture_within_a_page_is_no_business_of_the_rest_of_it():
+    root, _, _ = drawn(EVERY_KIND, it=engine(SQUARE), other=engine(LOCKED, d_min=0.0))
+    assert root.get("class") == "flintknap"
+    selectors = re.findall(r"^\s*(\S[^{}]*) {", root.find(f"{SVG}style").text, re.MULTILINE)
+    selectors.remove("@media (prefers-color-scheme: dark)")
+    assert len(selectors) > 2 * 9
+    assert all(selector.startswith(".flintknap ") for selector in selectors)
+
+
 def test_the_box_is_what_is_seen():
     it, other = engine(SQUARE), engine(np.array(SQUARE) * 3)
     (box,) = {picture.compose({"": other}).box[1].tobytes()}

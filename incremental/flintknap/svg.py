@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 
 CROSS = 8  # units from one arm's end to the other, across and down
 
-BASE = """\
-path { fill: none; stroke: currentColor; stroke-linecap: round; stroke-linejoin: round;
-       vector-effect: non-scaling-stroke }"""
+ROOT = "flintknap"  # class of the root: rules of a picture within a page are not for all of it
+BASE = f"""\
+.{ROOT} path {{ fill: none; stroke: currentColor; stroke-linecap: round; stroke-linejoin: round;
+  vector-effect: non-scaling-stroke }}"""
 FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML
 
 
@@ -55,28 +56,31 @@ def curve(control: Doubles) -> str:
 def write(drawn: Picture) -> str:
     """Return a picture as the text of a file."""
     canvas = Canvas(drawn.box)
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{canvas.box}">'
-    lines = [head, *_title(drawn.title), stylesheet(drawn.groups)]
+    lines = [head(canvas.box), *_title(drawn.title), stylesheet(drawn.groups, len(drawn.groups))]
     for index, group in enumerate(drawn.groups):
         lines += elements(group, canvas, index)
     return "\n".join([*lines, "</svg>\n"])
 
 
-def stylesheet(groups: Iterable[Group]) -> str:
-    """Return the style element for the marks of some groups."""
-    groups = list(groups)
+def head(box: str) -> str:
+    """Return how the root element begins, with a view of a box."""
+    return f'<svg xmlns="http://www.w3.org/2000/svg" class="{ROOT}" viewBox="{box}">'
+
+
+def stylesheet(groups: Iterable[Group], objects: int) -> str:
+    """Return the style element for the marks of some groups, and for so many objects."""
     used = {mark.role for group in groups for mark in group.marks}
     rules, dark = [BASE], []
     for role, style in picture.STYLES.items():
         if role in used:
             fill = f"; fill: currentColor; fill-opacity: {style.fill:g}" if style.fill else ""
             colour = f"; color: {style.light}" if style.light else ""
-            rules.append(f".{role} {{ stroke-width: {style.width:g}{fill}{colour} }}")
+            rules.append(f".{ROOT} .{role} {{ stroke-width: {style.width:g}{fill}{colour} }}")
             if style.dark:
-                dark.append(f".{role} {{ color: {style.dark} }}")
-    for index in range(min(len(groups), len(picture.LIGHT))):
-        rules.append(f".object{index} {{ color: {picture.LIGHT[index]} }}")
-        dark.append(f".object{index} {{ color: {picture.DARK[index]} }}")
+                dark.append(f".{ROOT} .{role} {{ color: {style.dark} }}")
+    for index in range(min(objects, len(picture.LIGHT))):
+        rules.append(f".{ROOT} .object{index} {{ color: {picture.LIGHT[index]} }}")
+        dark.append(f".{ROOT} .object{index} {{ color: {picture.DARK[index]} }}")
     rules.append("@media (prefers-color-scheme: dark) {\n" + "\n".join(dark) + "\n}")
     return "<style>\n" + "\n".join(rules) + "\n</style>"
 
