@@ -1,6 +1,6 @@
 """Every code block of the README and of the pages in docs/ does what it says, and names have words.
 
-A page is one session: its blocks run in their order, in one namespace and one empty folder.
+The blocks of a page run in their order, in one namespace and one empty folder.
 
     ```python       runs; `print(...)  # value` prints that, and words after a colon are for people
     ```text         below Python: what it printed, where comments do not say so
