@@ -113,13 +113,6 @@ def test_answers_are_json_lines_in_order(run, asked):
     assert "8 events in " in err
 
 
-def test_the_example_of_the_documentation(run, tmp_path):
-    text = (LOGS.parent / "docs" / "log-format.md").read_text(encoding="utf-8")
-    example, answer = (part.split("```")[0] for part in text.split("```json\n")[1:3])
-    (tmp_path / "it").write_text(example)
-    assert run(tmp_path / "it")[:2] == (0, answer)
-
-
 def test_until_and_object(run, asked):
     _, out, _ = run(asked, "--until", "4", "--json")
     summary = json.loads(out.splitlines()[-1])

@@ -47,11 +47,18 @@ _event = msgspec.json.Decoder(Event)
 
 
 class Block(NamedTuple):
-    """Consecutive events of a log."""
+    """Consecutive events of a log.
 
-    line: int  # where the first of them stands, counted from 1
+    Attributes:
+        line: where the first of them stands, counted from 1.
+        events: as they stand there.
+        position: bytes of the file read so far; of the text, if it comes through a pipe.
+
+    """
+
+    line: int
     events: list[Event]
-    position: int  # bytes of the file read so far; of the text, if it comes through a pipe
+    position: int
 
 
 def name(path: str | os.PathLike[str]) -> str:

@@ -150,11 +150,15 @@ class BezierCurve:
         """Return points of the curve, float64 (n * per_segment, 2), the vertices among them.
 
         Those of each segment are evenly spread in its parameter, beginning at its vertex.
+        O(n * per_segment). Raises InputError for a ``per_segment`` below 1.
         """
         return self._spread(self.control, per_segment)
 
     def derivative(self, per_segment: int) -> NDArray[np.float64]:
-        """Return derivatives by the parameter, from 0 to 1 on each segment, where sample() does."""
+        """Return derivatives by the parameter at the points of sample(), in the same shape.
+
+        The parameter goes from 0 to 1 on each segment. Cost and errors as of sample.
+        """
         return self._spread(self.degree * np.diff(self.control, axis=1), per_segment)
 
     def flatten(self, tolerance: float) -> Flattening:
