@@ -1,6 +1,6 @@
 """Layers of a picture: which ones there are, and how a list of them is read.
 
-"points,boundary,flintstones:4" is three layers, drawn in this order, the later over the earlier.
+"points,boundary,flintstones:4" is three layers, drawn in this order, the later over the earlier::
 
     points              every point
     graph:GRAPH         edges of a gamma-graph: delaunay (if :GRAPH is left out), gabriel, hull,

@@ -40,7 +40,11 @@ FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def draw(objects: Mapping[str, Engine], layers: str | None = None) -> str:
-    """Return a picture of objects, by name, later ones over earlier ones; see picture.compose."""
+    """Return a picture of ``objects``, engines by name, later ones over earlier ones.
+
+    ``layers`` is a list of layers as in layers.py; if left out, the boundaries, and the points
+    where they are not crowded. Raises InputError for what is no list of layers.
+    """
     return write(picture.compose(objects, layers))
 
 
