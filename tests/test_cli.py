@@ -249,6 +249,29 @@ def test_a_picture_on_standard_output_is_alone_there(kind, asked):
     assert b"8 events in " in done.stderr
 
 
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_nobody_reads_the_picture(unbuffered):
+    process = subprocess.Popen(
+        [
+            *COMMAND,
+            "replay",
+            str(LOGS / "benelux.jsonl.gz"),
+            "--svg",
+            "-",
+            "--layers",
+            "graph:d=-1",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+    )
+    with process:
+        assert process.stdout.read(5) == b"<svg "
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 128 + signal.SIGPIPE
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

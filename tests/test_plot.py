@@ -121,7 +121,7 @@ def test_colours_suit_the_background_unless_told(ax):
         style = picture.STYLES["stones"]
         it.localize(level=1).plot(ax)
         assert to_hex(ax.patches[1].get_edgecolor()) == (style.dark if dark else style.light)
-        it.smooth().plot(ax, color="lime")
+        it.smooth().plot(ax, color=np.array([0.0, 1.0, 0.0]))
         assert to_hex(ax.patches[2].get_edgecolor()) == "#00ff00"
         assert ax.patches[2].get_facecolor()[3] == 0  # a line without an inside
     ax.clear()

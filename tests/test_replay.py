@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import UNSET
 
@@ -467,6 +467,7 @@ def test_progress_rises_to_the_size_of_the_file(tmp_path):
 
 
 # ---------------------------------------------------------------------- frames
+@settings(deadline=None)  # a replay for each frame
 @given(
     stamped.map(lambda them: [e for e in them if isinstance(e, Insert | Query)]),
     st.integers(1, 70),

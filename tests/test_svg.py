@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flintknap as fk
@@ -130,6 +130,7 @@ def test_svg_takes_any_name():
     assert titles == [f"{name}: closed, 4 points" for name in shown]
 
 
+@settings(deadline=None)  # every layer there is, twice
 @given(strategies.point_sets(), st.randoms(use_true_random=False))
 def test_the_set_decides_not_its_history(xy, random):
     shuffled = np.array(xy)[random.sample(range(len(xy)), len(xy))] if len(xy) else xy

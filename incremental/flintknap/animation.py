@@ -109,3 +109,4 @@ class Camera:
             self.take(engines)
         if self.gif is not None:
             self.gif.write(plot.gif(self.kept))
+            self.gif.flush()

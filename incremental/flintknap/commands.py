@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import time
 from collections import Counter
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
@@ -72,6 +72,7 @@ def replay(options: argparse.Namespace) -> int:
         seconds = time.perf_counter() - started - (camera.seconds if camera else 0)
         for file, made in outputs:
             file.write(made(done))
+            file.flush()  # what cannot be written should not come after the summary
         if camera is not None:
             camera.finish(done.engines)
         summary = _summary(done, options.window, seconds)
@@ -190,7 +191,8 @@ def _camera(options: argparse.Namespace, chosen: dict[str, Any], files: ExitStac
 
 
 def _output(path: Path) -> AbstractContextManager[BinaryIO]:
-    return nullcontext(sys.stdout.buffer) if path == STANDARD else replacing(path)
+    # Standard output may be unbuffered, and then would take a part of a picture for the whole.
+    return open(1, "wb", closefd=False) if path == STANDARD else replacing(path)
 
 
 @contextmanager

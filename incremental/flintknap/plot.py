@@ -150,8 +150,9 @@ def _draw(
     objects = picture.DARK if is_dark else picture.LIGHT
     for mark in marks:
         style = picture.STYLES[mark.role]
-        own = color or (style.dark if is_dark else style.light) or objects[index % len(objects)]
-        artist = _added(ax, mark, own, picture.width(mark) / POINT)
+        usual = (style.dark if is_dark else style.light) or objects[index % len(objects)]
+        drawn = usual if color is None else color
+        artist = _added(ax, mark, drawn, picture.width(mark) / POINT)
         artist.set_zorder(ZORDER)
         if label is not None:
             artist.set_label(label)
