@@ -31,6 +31,8 @@ from flintknap.flintstones import Approximation, Flintstones, flintstones
 from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap.boundary import Status
@@ -45,6 +47,16 @@ class Engine:
     Where constriction of the Delaunay triangulation would leave points inside, sides of the wider
     gamma-graph([-1, 1], [d_min, 1]) are used, those with small discs first (section 3.1). -1 sets
     no bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+
+    >>> engine = Engine()
+    >>> engine.insert([0.0, 4.0, 4.0, 0.0], [0.0, 0.0, 3.0, 3.0]).tolist()  # a rectangle
+    [0, 1, 2, 3]
+    >>> engine.insert(2.0, 1.0)  # a notch
+    4
+    >>> engine.boundary().ids.tolist()
+    [0, 4, 1, 2, 3]
+    >>> engine.side(2.0, 0.5), engine.distance(2.0, 0.0)
+    (-1, 0.8944271909999159)
     """
 
     def __init__(self, d_min: float = -1.0) -> None:
@@ -55,7 +67,7 @@ class Engine:
 
     @property
     def d_min(self) -> float:
-        """How far the gamma-graph may be widened."""
+        """How far the gamma-graph may be widened (section 3.1)."""
         return self._kernel.d_min()
 
     # ------------------------------------------------------------------ points
@@ -191,6 +203,8 @@ class Engine:
         more. ``degree`` 3 is G1 at every vertex. Degree 2 is the curve of parabolas that touch the
         tangents, which hardly any polygon has that is not convex: InputError names the vertices
         where there is none. O(n) after a change, O(1) if none.
+
+        Raises InputError for other weights and degrees, and as approximate does.
         """
         if level is not None or tolerance is not None:
             cut = self.approximate(level=level, tolerance=tolerance)
@@ -258,7 +272,10 @@ class Engine:
     @overload
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]: ...
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]:
-        """Tell which places belong to the closed object: side(x, y) >= 0."""
+        """Tell which places belong to the closed object: side(x, y) >= 0.
+
+        A bool for two numbers, else bool of the common shape. Cost and errors as of side.
+        """
         side = self.side(x, y)
         return side >= 0
 
@@ -592,6 +609,11 @@ class Engine:
         between.
 
         Raises InputError for other names and intervals, for both and for neither.
+
+        >>> engine = Engine()
+        >>> ids = engine.insert([0.0, 4.0, 2.0], [0.0, 0.0, 1.0])  # obtuse at 2
+        >>> engine.edges("gabriel").tolist(), len(engine.edges("delaunay"))
+        ([[0, 2], [1, 2]], 3)
         """
         (low0, high0), (low1, high1) = gamma.intervals(graph, gamma0, gamma1)
         return self._kernel.edges(low0, high0, low1, high1)
@@ -602,7 +624,7 @@ class Engine:
         """Return (gamma0, gamma1) of pairs of points (section 2.1).
 
         ``a`` and ``b`` are ids or arrays of ids that broadcast; floats for two ids, else float64 of
-        the common shape. |gamma0| <= |gamma1|, each in [-1, 1]; gamma1 >= 0 just for pairs that
+        the common shape. ``|gamma0| <= |gamma1|``, each in [-1, 1]; gamma1 >= 0 just for pairs that
         some disc with no point inside joins, 1 just for empty sides. A pair with a point between
         has no values: (nan, nan). O(degree of a) for an edge of the triangulation, else O(triangles
         between a and b).
@@ -636,6 +658,35 @@ class Engine:
         turned = (first[:, np.newaxis] + np.arange(3)) % 3
         rows = np.take_along_axis(rows, turned, axis=1)
         return rows[np.lexsort(rows.T[::-1])]
+
+    # ------------------------------------------------------------------ pictures
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        layers: str | None = None,
+        color: ColorType | None = None,
+        label: str | None = None,
+    ) -> Axes:
+        """Draw layers of the object on axes of matplotlib, as Boundary.plot does.
+
+        ``layers`` is a list such as "points,graph:gabriel,boundary,flintstones:4,smooth", later
+        ones over earlier ones; `flintknap replay --help` has them all. If left out, the boundary,
+        and the points where they are not crowded. Costs what these questions cost.
+
+        Raises InputError for what is no list of layers, ImportError where matplotlib is not
+        installed: `pip install 'flintknap[plot]'`.
+        """
+        from flintknap import picture, plot
+
+        (group,) = picture.compose({"": self}, layers).groups
+        return plot.plot(ax, group.marks, color, label)
+
+    def to_svg(self, layers: str | None = None) -> str:
+        """Return a picture of layers of the object, chosen as in plot, for light and dark pages."""
+        from flintknap import svg
+
+        return svg.draw({"object": self}, layers)
 
     # ------------------------------------------------------------------ verification
     def digest(self) -> str:

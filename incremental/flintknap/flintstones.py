@@ -17,6 +17,8 @@ import numpy as np
 from flintknap import inputs
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     Doubles = NDArray[np.float64]
@@ -53,6 +55,14 @@ class Approximation:
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         return np.array(self.xy, dtype=dtype, copy=copy)
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw edges and vertices on axes, as Boundary.plot does. O(n)."""
+        from flintknap import picture, plot
+
+        return plot.plot(ax, picture.approximation(self.xy), color, label)
 
     @property
     def largest_error(self) -> float:
@@ -123,6 +133,14 @@ class Flintstones:
             room = slack + np.abs(cot) * (unsure + 16 * _UNIT * height)
             inside |= is_disc & (sign * cross >= -unsure) & (dot <= cot * height + room)
         return inside
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw the areas on axes, as Boundary.plot does. O(m)."""
+        from flintknap import picture, plot
+
+        return plot.plot(ax, [picture.Mark("stones", picture.Lenses(self))], color, label)
 
 
 def flintstones(ids: NDArray[np.int64], chord: Doubles, seen: Doubles) -> Flintstones:

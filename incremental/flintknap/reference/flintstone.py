@@ -45,12 +45,16 @@ LEAST_ERROR = 1e-70
 class Edge:
     """An edge of an approximation and the Flintstone of the polyline that it stands for.
 
-    start, stop  places in the ring, the polyline runs from the one to the other
-    level        how deep in the tree
-    left, right  places of the vertices that give the two discs, None where there are none, and
-                 in the tree for tolerances
-    split        place of the vertex at which the polyline is split, None if it is a single edge
-    error        largest distance from the chord, rounded up
+    Attributes:
+        start: place in the ring where the polyline begins.
+        stop: and where it ends.
+        level: how deep in the tree.
+        left: place of the vertex that gives the left disc, None where there is none, and in the
+            tree for tolerances.
+        right: the same of the right disc.
+        split: place of the vertex at which the polyline is split, None if it is a single edge.
+        error: largest distance from the chord, rounded up.
+
     """
 
     start: int

@@ -33,11 +33,13 @@ from flintknap.reference.exact import Ids, Site, cotangent, dot, integers, orien
 class Widening:
     """What widening leaves: the boundary, what it missed, how far it went, and its captures.
 
-    ring      int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty
-    inside    int64 (s,), points the boundary does not pass through, sorted by coordinates
-    status    "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle)
-    d         the graph gamma([-1, 1], [d, 1]) has all sides; 0.0 without widening
-    captures  (i, j, k) in order, after those of the constriction: k came between i and j
+    Attributes:
+        ring: int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty.
+        inside: int64 (s,), points the boundary does not pass through, sorted by coordinates.
+        status: "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle).
+        d: the graph gamma([-1, 1], [d, 1]) has all sides; 0.0 without widening.
+        captures: (i, j, k) in order, after those of the constriction: k came between i and j.
+
     """
 
     ring: Ids
