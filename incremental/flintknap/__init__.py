@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from flintknap import reference
     from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
+    from flintknap.changes import Changes
     from flintknap.collision import Crossings, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
@@ -29,6 +30,7 @@ __all__ = [
     "Approximation",
     "BezierCurve",
     "Boundary",
+    "Changes",
     "Crossings",
     "Engine",
     "Flintstones",
@@ -45,6 +47,7 @@ __all__ = [
 
 _ROOMS = {
     "boundary": ["Boundary"],
+    "changes": ["Changes"],
     "collision": ["Crossings", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],

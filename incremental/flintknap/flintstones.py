@@ -9,14 +9,15 @@ stretch of the boundary from the one to the other.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from flintknap import inputs
+from flintknap.geometry import Polygonal
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, DTypeLike, NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     Doubles = NDArray[np.float64]
 
@@ -25,13 +26,14 @@ _LARGEST = np.finfo(np.float64).max
 
 
 @dataclass(frozen=True, eq=False)
-class Approximation:
+class Approximation(Polygonal):
     """A closed polygon through some vertices of the boundary (section 4.1).
 
     Arrays are read-only. Vertices run counter-clockwise along the boundary from the
     lexicographically smallest of them; edge k goes from vertex k to the next, the last to the
-    first. Level 0 has two vertices and two edges. Edges may cross each other. Empty if the object
-    is degenerate.
+    first. Level 0 has two vertices and two edges. Edges may cross each other, and then the polygon
+    is none that other programs call valid. Empty if the object is degenerate. Area (signed), length
+    and formats: Polygonal.
 
     Attributes:
         ids: int64 (n,), the vertices.
@@ -46,12 +48,6 @@ class Approximation:
     xy: Doubles
     error: Doubles
     level: int
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        return np.array(self.xy, dtype=dtype, copy=copy)
 
     @property
     def largest_error(self) -> float:

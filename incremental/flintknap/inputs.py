@@ -122,6 +122,13 @@ def segments(
     return xs, ys, us, vs
 
 
+def revision(since: int, now: int) -> int:
+    """Return an earlier revision, or the current one."""
+    if isinstance(since, bool) or not isinstance(since, int | np.integer) or not 0 <= since <= now:
+        raise InputError(f"since: got {since!r}, expected a revision so far, from 0 to {now}")
+    return int(since)
+
+
 def identifiers(
     ids: ArrayLike, name: str, unknown: Callable[[NDArray[np.int64]], NDArray[np.bool_]]
 ) -> NDArray[np.int64]:
