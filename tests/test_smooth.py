@@ -315,8 +315,11 @@ def test_sample_and_derivative_agree_with_scipy(degree):
     assert got.derivative(4) == pytest.approx(bpoly.derivative()(t), abs=1e-12)
     assert bpoly(7.5) == pytest.approx(bpoly(0.5))
     assert (got.sample(4)[::4] == got.control[:, 0]).all()
-    with pytest.raises(fk.InputError, match="per_segment: got 0, expected at least 1"):
-        got.sample(0)
+    for bad in (0, 2.5, True, "3"):
+        with pytest.raises(
+            fk.InputError, match=f"per_segment: got {bad!r}, expected an integer, 1"
+        ):
+            got.sample(bad)
 
 
 @given(boundaries, weightings, st.sampled_from([0.1, 1e-2, 1e-4]))
@@ -352,6 +355,12 @@ def test_flattening_is_not_wasteful():
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, float("nan"), 1e-17])
 def test_a_tolerance_that_cannot_be_kept(tolerance):
     with pytest.raises(fk.InputError, match=r"tolerance: got .*, expected more than 1\.[0-9]+e-14"):
+        circle(10).flatten(tolerance)
+
+
+@pytest.mark.parametrize("tolerance", ["1", None, True])
+def test_a_tolerance_that_is_no_number(tolerance):
+    with pytest.raises(fk.InputError, match=f"tolerance: got {tolerance!r}, expected a number"):
         circle(10).flatten(tolerance)
 
 

@@ -45,6 +45,13 @@ def level(value: object) -> int:
     raise InputError(f"level: got {value!r}, expected an integer, 0 or more")
 
 
+def count(value: object, name: str) -> int:
+    """Return how many, one at least, or raise InputError."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
+        return int(value)
+    raise InputError(f"{name}: got {value!r}, expected an integer, 1 or more")
+
+
 def tolerance(value: object) -> float:
     """Return a bound on errors, or raise InputError."""
     if isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool):

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 import numpy as np
 
-from flintknap import _kernel
+from flintknap import _kernel, inputs
 from flintknap.crossing import crosses, halves
 from flintknap.errors import InputError
 from flintknap.geometry import Polygonal
@@ -182,7 +182,8 @@ class BezierCurve:
         """
         c, d = self.control, self.degree
         rounding = ROUNDING * float(np.abs(c).max(initial=0))
-        if not tolerance > 2 * rounding:
+        bound = tolerance if isinstance(tolerance, float) else inputs.tolerance(tolerance)
+        if not bound > 2 * rounding:
             raise InputError(
                 f"tolerance: got {tolerance!r}, expected more than {2 * rounding:.3g}, which is "
                 "what coordinates of this size allow"
@@ -191,7 +192,7 @@ class BezierCurve:
         bends = np.diff(c, 2, axis=1)
         bend = np.hypot(bends[..., 0], bends[..., 1]).max(axis=1, initial=0) * SLACK + rounding / 8
         off = d * (d - 1) / 8 * bend
-        pieces = np.maximum(1, np.ceil(np.sqrt(off / (tolerance - rounding)) * SLACK))
+        pieces = np.maximum(1, np.ceil(np.sqrt(off / (bound - rounding)) * SLACK))
         if pieces.sum() > MOST:
             raise InputError(
                 f"tolerance: got {tolerance!r}, which takes {pieces.sum():.3g} points, expected "
@@ -230,9 +231,8 @@ class BezierCurve:
         return _read_only(tangents), _read_only(kinds[:, 0])
 
     def _spread(self, control: NDArray[np.float64], per_segment: int) -> NDArray[np.float64]:
-        if per_segment < 1:
-            raise InputError(f"per_segment: got {per_segment}, expected at least 1")
-        t = np.arange(per_segment) / per_segment
+        count = inputs.count(per_segment, "per_segment")
+        t = np.arange(count) / count
         return _at(control[:, np.newaxis], t).reshape(-1, 2)
 
 

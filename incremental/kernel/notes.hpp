@@ -168,7 +168,7 @@ class Notes {
         bool operator<(const Changed& other) const { return v < other.v; }
     };
 
-    // Notes that are worth keeping; half as many when it has been more, and in one go.
+    // Notes and marks that are kept; when there are more, all but half of them go.
     static std::size_t most(const Ring& ring) { return kLeast + at(ring.size()) / 4; }
 
     static std::vector<Link>::const_iterator find(const std::vector<Link>& links, Id id) {
@@ -249,8 +249,8 @@ class Notes {
 
     void drop_oldest(std::size_t limit) {
         if (notes_.size() + marks_.size() <= limit) return;
-        std::size_t first = marks_.size() - std::min(marks_.size(), limit / 2);
-        while (first + 1 < marks_.size() && notes_.size() - marks_[first].notes > limit / 2)
+        std::size_t first = marks_.size() - std::min(marks_.size(), limit / 4);
+        while (first + 1 < marks_.size() && notes_.size() - marks_[first].notes > limit / 4)
             ++first;
         std::size_t gone = marks_[first].notes;
         notes_.erase(notes_.begin(), notes_.begin() + static_cast<std::ptrdiff_t>(gone));
