@@ -35,9 +35,10 @@ class Curve {
     Curve(std::shared_ptr<const Outline> outline, Weights weights)
         : outline_(std::move(outline)), weights_(weights) {
         const Outline::Pieces& pieces = outline_->pieces();
+        arcs_.reserve(pieces.size());
         for (std::size_t i = 0, k = pieces.size(); i < k; ++i) {
-            const Piece &last = *pieces[(i + k - 1) % k], &next = *pieces[(i + 1) % k];
-            Point before = last.xy()[last.count - 1], after = next.xy()[0];
+            Point before = pieces[i == 0 ? k - 1 : i - 1]->last;
+            Point after = pieces[i + 1 == k ? 0 : i + 1]->first;
             std::shared_ptr<const Arcs>& arcs = pieces[i]->arcs;
             if (arcs == nullptr || arcs->weights != weights || !(arcs->before == before) ||
                 !(arcs->after == after)) {

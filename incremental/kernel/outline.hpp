@@ -43,8 +43,16 @@ struct Stretch {
 };
 
 struct Piece {
+    Piece(std::shared_ptr<const Stretch> stretch, std::size_t from, std::size_t vertices)
+        : in(std::move(stretch)),
+          begin(from),
+          count(vertices),
+          first(in->xy[from]),
+          last(in->xy[from + vertices - 1]) {}
+
     std::shared_ptr<const Stretch> in;
     std::size_t begin, count;
+    Point first, last;                         // at hand for its neighbours
     mutable std::shared_ptr<const Arcs> arcs;  // in the turn of whose object it is
 
     const Id* ids() const { return in->ids.data() + begin; }
@@ -61,7 +69,7 @@ class Outline {
         std::size_t n = in->ids.size(), parts = (n + kFill - 1) / kFill;
         for (std::size_t i = 0; i < parts; ++i) {
             std::size_t begin = i * n / parts, end = (i + 1) * n / parts;
-            add(std::make_shared<Piece>(Piece{in, begin, end - begin, nullptr}));
+            add(std::make_shared<Piece>(in, begin, end - begin));
         }
     }
 
@@ -245,7 +253,7 @@ class OutlineUpdate {
         std::size_t parts = n <= Outline::kMost ? 1 : (n + Outline::kFill - 1) / Outline::kFill;
         for (std::size_t i = 0; i < parts; ++i) {
             std::size_t begin = i * n / parts, end = (i + 1) * n / parts;
-            made_->add(std::make_shared<Piece>(Piece{in, begin, end - begin, nullptr}));
+            made_->add(std::make_shared<Piece>(in, begin, end - begin));
         }
     }
 
