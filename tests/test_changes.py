@@ -267,6 +267,26 @@ def test_an_equal_point_with_another_id_is_another_point() -> None:
     assert [(run.after, run.ids.tolist(), run.before) for run in changes] == [(1, [again], 3)]
 
 
+@pytest.mark.parametrize("beside", [False, True])
+def test_equal_points_come_back_into_a_large_ring(beside: bool) -> None:
+    """Into the slots that they had: no link between slots differs, and yet they are others."""
+    engine, points = fk.Engine(), wavy(3020, 0.0, 9)
+    engine.insert(points[:3000])
+    follower = Follower(engine)
+    follower.ask()
+    for place in points[3000:].tolist():
+        ring = engine.boundary()
+        for row in (0, 700, 701, 1500):
+            engine.remove(int(ring.ids[row]))
+            engine.insert(*ring.xy[row].tolist())
+        if beside:
+            engine.insert(*place)
+        changes = follower.ask()
+        assert len(changes.left) == 4
+        assert len(changes.joined) == 4 + beside
+    assert follower.wholes == 1
+
+
 def test_a_point_that_moved_has_its_new_place() -> None:
     engine = fk.Engine()
     engine.insert(SQUARE)
