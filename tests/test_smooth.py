@@ -259,6 +259,7 @@ def test_an_empty_curve():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
+        ({"weights": ["length"]}, r"weights: got \["),
         ({"weights": "mass"}, "weights: got 'mass', expected one of length, uniform, inverse"),
         ({"degree": 4}, "degree: got 4, expected 2 or 3"),
     ],

@@ -276,9 +276,9 @@ def curve(
     return finished(_Vertices(xy, ids), made, degree)
 
 
-def known(weights: str, degree: int) -> _kernel.Weights:
+def known(weights: object, degree: object) -> _kernel.Weights:
     """Return what the kernel calls these weights; refuse names and degrees that it has not."""
-    if weights not in WEIGHTS:
+    if not isinstance(weights, str) or weights not in WEIGHTS:
         raise InputError(f"weights: got {weights!r}, expected one of {', '.join(WEIGHTS)}")
     if degree not in (2, 3):
         raise InputError(f"degree: got {degree!r}, expected 2 or 3")
