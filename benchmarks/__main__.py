@@ -16,6 +16,7 @@ NAMES = (
     "boundary",
     "widening",
     "live",
+    "follow",
     "removal",
     "memory",
     "replay",

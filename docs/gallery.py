@@ -124,22 +124,21 @@ def figure5() -> str:
 
 def figure7(benelux: fk.Engine) -> str:
     """Return approximations, all on the same scale."""
-    lists = [f"flintstones:{cut},boundary,approximation:{cut}" for cut in CUTS]
+    lists = [f"flintstones:{cut},boundary" for cut in CUTS]
     box = picture.extent(
         mark for each in lists for mark in picture.compose({"": benelux}, each).groups[0].marks
     )
     panels = []
     for cut, each in zip(CUTS, lists, strict=True):
-        tolerance = float(cut.partition("=")[2] or "nan")
-        found = (
-            benelux.localize(level=int(cut))
-            if np.isnan(tolerance)
-            else benelux.localize(tolerance=tolerance)
+        tolerance = cut.partition("=")[2]
+        stones = (
+            benelux.localize(tolerance=float(tolerance))
+            if tolerance
+            else benelux.localize(level=int(cut))
         )
-        name = f"level {cut}" if np.isnan(tolerance) else f"adaptive, within {tolerance:g} km"
         caption = [
-            f"{name}: {len(found)} of {len(benelux.boundary())} vertices",
-            f"largest error {found.largest_error:.3g} km",
+            f"adaptive, within {tolerance} km" if tolerance else f"level {cut}",
+            f"{len(stones)} of {len(benelux.boundary())} vertices",
         ]
         panels.append(Panel(shown(benelux, each, box), caption))
     title = "Approximations of the Benelux, and their Flintstones"

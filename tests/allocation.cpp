@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <new>
 #include <random>
 #include <string>
@@ -223,6 +224,49 @@ void grow_and_shrink(const Sites& points) {
     if (!wrong.empty()) report("grow and shrink", 0, -1, wrong);
 }
 
+// The ring as results hold it, followed.
+void outline(Object& object) {
+    settle(object);
+    object.follow();
+    object.update_outline();
+}
+
+// Who follows a ring by what is told of it.
+struct Follower {
+    std::int64_t revision = -1;
+    std::map<Id, Id> next;
+
+    void ask(Object& object) {
+        outline(object);
+        Notes::Difference found = object.changes(revision);
+        if (!found.is_known) {
+            next = links(object);
+        } else {
+            std::map<Id, Id> told = next;
+            for (Id id : found.left) told.erase(id);
+            for (const Notes::Run& run : found.runs) {
+                Id last = object.id(run.after);
+                for (std::size_t i = run.begin; i < run.end; ++i) {
+                    Id id = object.id(found.fresh[i]);
+                    told[last] = id;
+                    last = id;
+                }
+                told[last] = object.id(run.before);
+            }
+            next.swap(told);
+        }
+        revision = object.points().revision();
+    }
+    static std::map<Id, Id> links(const Object& object) {
+        std::map<Id, Id> all;
+        Index v = object.smallest();
+        for (Index i = 0; i < object.ring_size(); ++i, v = object.following(v)) {
+            all[object.id(v)] = object.id(object.following(v));
+        }
+        return all;
+    }
+};
+
 // Whatever comes, with any allocation failing: a call that failed has not changed the set.
 void storm(std::uint64_t seed) {
     std::string name = "storm " + std::to_string(seed);
@@ -234,6 +278,7 @@ void storm(std::uint64_t seed) {
     };
     Object object;
     insert(object, scattered(most));
+    Follower follower;
     for (int step = 0; step < 600; ++step) {
         const Points& points = object.points();
         std::vector<std::int64_t> ids = points.ids();
@@ -242,7 +287,7 @@ void storm(std::uint64_t seed) {
         Sites batch(random(8));
         for (Point& p : batch) p = anywhere();
         bool shrinks = step / 150 % 2 == 0;
-        std::size_t what = random(9);
+        std::size_t what = random(10);
         std::vector<double> before = state(object);
         rain = 1 + unsigned(random(12));
         dice.seed(unsigned(next));
@@ -254,6 +299,7 @@ void storm(std::uint64_t seed) {
             if (what == 3 && some != kNone) object.move(some, to);
             if (what == 4 || (what > 4 && what < 8 && !shrinks)) object.insert(to);
             if (what == 8) approximate(Index(random(12)))(object);
+            if (what == 9) follower.ask(object);
             if (what > 4 && what < 8 && shrinks && some != kNone) object.remove(some);
         } catch (const std::bad_alloc&) {
             failed = true;
@@ -264,6 +310,8 @@ void storm(std::uint64_t seed) {
             return;
         }
         std::string wrong = step % 7 == 0 ? settled_and_checked(object) : "";
+        if (what == 9 && !failed && follower.next != Follower::links(object))
+            wrong = "wrong changes";
         if (!wrong.empty()) {
             report(name, step, -1, wrong);
             return;
@@ -362,6 +410,16 @@ int main() {
             remove(o, enough[5]), insert_far(o);
         },
         approximate(4));
+
+    // the ring as results hold it
+    watch_all("outline", settled_set(enough), outline);
+    watch_all(
+        "outline after one came and one left",
+        [=](Object& o) {
+            settled_set(enough)(o), outline(o), outline(o);
+            remove(o, enough[5]), insert_far(o);
+        },
+        outline);
 
     // slots and hints are used again
     watch_all(

@@ -104,6 +104,18 @@ def test_arrays():
     assert len(boundary) == 4
 
 
+@pytest.mark.parametrize("form", FORMATS)
+@given(xy=strategies.point_sets(), level=st.integers(0, 4))
+def test_approximations_leave_like_a_boundary(form, xy, level):
+    cut = engine(xy).approximate(level=level)
+    polygon = FORMATS[form](cut)
+    assert polygon.geom_type == "Polygon"
+    assert polygon.is_empty == (len(cut) < 3)
+    if not polygon.is_empty:
+        assert shapely.get_coordinates(polygon)[:-1].tobytes() == cut.xy.tobytes()
+        assert (np.asarray(cut) == cut.xy).all()
+
+
 def test_a_flattened_curve_leaves_like_a_boundary():
     flat = engine(SQUARE).smooth().flatten(1e-3)
     for read in FORMATS.values():

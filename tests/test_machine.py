@@ -30,7 +30,7 @@ class Machine(RuleBasedStateMachine):
         self.times = {}  # by id
         self.place = {}  # by id
         self.given = 0  # ids so far
-        self.revision = 0  # when last seen
+        self.seen = None, np.zeros(0, np.int64), np.zeros((0, 2))  # a follower's revision and ring
 
     # ------------------------------------------------------------------ the model
     def come(self, place):
@@ -175,6 +175,16 @@ class Machine(RuleBasedStateMachine):
         ring = reference.widen(self.xy()).ring
         for x, y in map(self.somewhere, picks):
             assert self.engine.side(x, y) == reference.side(self.xy(), ring, x, y)
+
+    @rule()
+    def follow(self):
+        since, ids, xy = self.seen
+        changes = self.engine.changes(since)
+        self.seen = changes.revision, *changes.apply(ids, xy)
+        assert self.seen[0] == self.engine.revision
+        ring = reference.widen(self.xy()).ring
+        assert self.seen[1].tolist() == np.array(sorted(self.place), np.int64)[ring].tolist()
+        assert self.seen[2].tobytes() == self.xy()[ring].tobytes()
 
     @rule()
     def ask_for_everything(self):

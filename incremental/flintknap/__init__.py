@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from flintknap import reference
     from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
+    from flintknap.changes import Changes
     from flintknap.collision import Bounds, Crossings, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
@@ -30,6 +31,7 @@ __all__ = [
     "BezierCurve",
     "Boundary",
     "Bounds",
+    "Changes",
     "Crossings",
     "Engine",
     "Flintstones",
@@ -46,6 +48,7 @@ __all__ = [
 
 _ROOMS = {
     "boundary": ["Boundary"],
+    "changes": ["Changes"],
     "collision": ["Bounds", "Crossings", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],

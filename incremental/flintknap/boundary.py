@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from flintknap.geometry import Polygonal
@@ -10,6 +11,8 @@ from flintknap.geometry import Polygonal
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from flintknap._kernel import Outline
 
 Status = Literal["closed", "locked", "degenerate"]
 
@@ -21,9 +24,10 @@ class Boundary(Polygonal):
     Arrays are read-only. The ring runs counter-clockwise from the lexicographically smallest
     vertex, which is not repeated at the end. Area, length and formats: Polygonal.
 
+    It stays what it is when the object changes. Vertices that boundaries of one object have in
+    common are in memory once, but for the arrays: those are made when they are asked for.
+
     Attributes:
-        ids: int64 (n,), the points along the ring.
-        xy: float64 (n, 2), their coordinates, in the unit of the input.
         status: "closed" if the ring passes through every point; "locked" if constriction stopped
             before, though the gamma-graph was widened as far as it may be, and then the ring is a
             simple polygon through the others; "degenerate" if there is no polygon (fewer than three
@@ -33,8 +37,24 @@ class Boundary(Polygonal):
             Delaunay triangulation.
     """
 
-    ids: NDArray[np.int64]
-    xy: NDArray[np.float64]
     status: Status
     inside: NDArray[np.int64]
     d: float
+    _outline: Outline = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self._outline)
+
+    @cached_property
+    def ids(self) -> NDArray[np.int64]:
+        """The points along the ring, int64 (n,). O(n) once."""
+        ids = self._outline.ids()
+        ids.flags.writeable = False
+        return ids
+
+    @cached_property
+    def xy(self) -> NDArray[np.float64]:  # type: ignore[override]
+        """Their coordinates, float64 (n, 2), in the unit of the input. O(n) once."""
+        xy = self._outline.xy()
+        xy.flags.writeable = False
+        return xy

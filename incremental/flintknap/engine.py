@@ -25,6 +25,7 @@ import numpy as np
 from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
+from flintknap.changes import Changes
 from flintknap.collision import Bounds, Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError, InvariantError
 from flintknap.flintstones import Approximation, Flintstones, flintstones
@@ -180,11 +181,33 @@ class Engine:
 
     # ------------------------------------------------------------------ the object
     def boundary(self) -> Boundary:
-        """Return the boundary polygon (section 3.1). O(n) after a change, O(1) if none."""
+        """Return the boundary polygon (section 3.1).
+
+        O(n) for the first two; from then on what changes cost, and O(1) if there was none. Its
+        arrays are made when they are asked for, O(n).
+        """
         if self._boundary is None or self._boundary[0] != self.revision:
             revision = self.revision
             self._boundary = revision, self._make_boundary()
         return self._boundary[1]
+
+    def changes(self, since: int | None = None) -> Changes:
+        """Return how the boundary has changed since an earlier revision.
+
+        For whoever follows it, and sends on or draws what is new: ask first without ``since``, for
+        all of it, then with the ``revision`` of the answer before. What is told is all that has
+        changed from then to now, however many changes of the set that took.
+
+        All of it is told, too, if it is not known what it was at that revision: if nobody asked for
+        the boundary then (through here, or boundary()), before anybody had begun to follow, or so
+        long ago that a fair share has changed. Notes of the past take 8 bytes a point at most, and
+        64 KB besides. O(k log n) for k vertices that left, joined or got others as
+        neighbours; O(n) for all of it.
+
+        Raises InputError for a ``since`` that is not one of the revisions so far.
+        """
+        asked = -1 if since is None else inputs.revision(since, self.revision)
+        return Changes(*self._kernel.changes(asked))
 
     def smooth(
         self,
@@ -202,20 +225,19 @@ class Engine:
         counting for more; "uniform"; or by "inverse" length, the closer neighbour counting for
         more. ``degree`` 3 is G1 at every vertex. Degree 2 is the curve of parabolas that touch the
         tangents, which hardly any polygon has that is not convex: InputError names the vertices
-        where there is none. O(n) after a change, O(1) if none.
+        where there is none. Beyond boundary(): O(n) at first and for degree 2, else what changes
+        cost; arrays are made when they are asked for.
 
         Raises InputError for other weights and degrees, and as approximate does.
         """
         if level is not None or tolerance is not None:
             cut = self.approximate(level=level, tolerance=tolerance)
-            return smooth.curve(cut.ids, cut.xy, weights, degree, None)
+            return smooth.curve(cut.ids, cut.xy, weights, degree)
         asked = self.revision, weights, degree
         if self._smooth is None or self._smooth[0] != asked:
-            polygon = self.boundary()
-            is_alike = self._smooth is not None and self._smooth[0][1:] == asked[1:]
-            previous = self._smooth[1] if self._smooth is not None and is_alike else None
-            made = smooth.curve(polygon.ids, polygon.xy, weights, degree, previous)
-            self._smooth = asked, made
+            weighting, polygon = smooth.known(weights, degree), self.boundary()
+            made = self._kernel.smooth(polygon._outline, weighting)
+            self._smooth = asked, smooth.finished(polygon, made, degree)
         return self._smooth[1]
 
     @overload
@@ -731,18 +753,14 @@ class Engine:
 
     # ------------------------------------------------------------------ behind the face
     def _make_boundary(self) -> Boundary:
-        (ids, xy), inside = self._kernel.ring(), self._kernel.left_inside()
-        hidden = self._kernel.points(inside)
-        inside = inside[np.lexsort((hidden[:, 1], hidden[:, 0]))]
-        for array in (ids, xy, inside):
-            array.flags.writeable = False
+        outline, inside, widened = self._kernel.outline()
+        inside.flags.writeable = False
         status: Status = "closed"
-        if len(ids) == 0:
+        if len(outline) == 0:
             status = "degenerate"
         elif len(inside):
             status = "locked"
-        d = max(gamma_of(self._kernel.widened()), self.d_min)
-        return Boundary(ids, xy, status, inside, d)
+        return Boundary(status, inside, max(gamma_of(widened), self.d_min), outline)
 
     def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
         return inputs.identifiers(ids, name, lambda i: self._kernel.multiplicity(i.ravel()) == 0)

@@ -10,16 +10,17 @@ strays farthest, which needs fewer vertices, but whose polylines have no Flintst
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from flintknap import inputs
+from flintknap.geometry import Polygonal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.typing import ColorType
-    from numpy.typing import ArrayLike, DTypeLike, NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     Doubles = NDArray[np.float64]
 
@@ -28,13 +29,14 @@ _LARGEST = np.finfo(np.float64).max
 
 
 @dataclass(frozen=True, eq=False)
-class Approximation:
+class Approximation(Polygonal):
     """A closed polygon through some vertices of the boundary (section 4.1).
 
     Arrays are read-only. Vertices run counter-clockwise along the boundary from the
     lexicographically smallest of them; edge k goes from vertex k to the next, the last to the
-    first. Level 0 has two vertices and two edges. Edges may cross each other. Empty if the object
-    is degenerate.
+    first. Level 0 has two vertices and two edges. Edges may cross each other, and then the polygon
+    is none that other programs call valid. Empty if the object is degenerate. Area (signed), length
+    and formats: Polygonal.
 
     Attributes:
         ids: int64 (n,), the vertices.
@@ -49,12 +51,6 @@ class Approximation:
     xy: Doubles
     error: Doubles
     level: int
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        return np.array(self.xy, dtype=dtype, copy=copy)
 
     def plot(
         self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None

@@ -45,6 +45,13 @@ def level(value: object) -> int:
     raise InputError(f"level: got {value!r}, expected an integer, 0 or more")
 
 
+def count(value: object, name: str) -> int:
+    """Return how many, one at least, or raise InputError."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
+        return int(value)
+    raise InputError(f"{name}: got {value!r}, expected an integer, 1 or more")
+
+
 def tolerance(value: object) -> float:
     """Return a bound on errors, or raise InputError."""
     if isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool):
@@ -120,6 +127,13 @@ def segments(
             f"row {row}: got {ends}, expected coordinates that are {_EXPECTED}", row=row
         )
     return xs, ys, us, vs
+
+
+def revision(since: int, now: int) -> int:
+    """Return an earlier revision, or the current one."""
+    if isinstance(since, bool) or not isinstance(since, int | np.integer) or not 0 <= since <= now:
+        raise InputError(f"since: got {since!r}, expected a revision so far, from 0 to {now}")
+    return int(since)
 
 
 def identifiers(

@@ -7,24 +7,25 @@ the tangent; where the weights do not see to that, the tangent is turned towards
 bisects the turn, which always does (`docs/theory.md`, section 6; kernel/smooth.hpp). The signs are
 exact. Control points are rounded to doubles, so handles shorter than their last bit vanish.
 
-A tangent depends on three vertices, a segment on four: where the polygon did not change, the curve
-did not either, bit for bit, and is copied from the one before.
+A tangent depends on three vertices, a segment on four: where the boundary did not change, the
+curve did not either, bit for bit, and successive curves share what they have in common
+(kernel/curve.hpp). Arrays are made when they are asked for.
 
-Cost. O(n) for n vertices: about 0.07 us each; 0.015 us where they are copied.
+Cost. O(n) for n vertices: about 0.05 us each, and as much again for the control points as an array.
 
 Refuses names it does not know (InputError), and of degree 2 polygons that have no such curve.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import comb
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 import numpy as np
 
-from flintknap import _kernel
+from flintknap import _kernel, inputs
 from flintknap.crossing import crosses, halves
 from flintknap.errors import InputError
 from flintknap.geometry import Polygonal
@@ -57,31 +58,48 @@ class BezierCurve:
     """A closed curve through the vertices of a polygon, smooth at each (section 5.1).
 
     Arrays are read-only. Segment i leads from vertex i to the next one, the last to the first;
-    vertices run as in the polygon.
+    vertices run as in the polygon. It stays what it is when the object changes.
 
     Attributes:
-        ids: int64 (n,), the vertices.
-        control: float64 (n, degree + 1, 2), the control points of each segment.
-        tangents: float64 (n, 2), directions in which the curve passes the vertices, of unit length.
-            (Of a length between 1 and 2 where a needle needs a direction that no vector of
-            unit length has in doubles.)
-        kinds: uint8 (n,), of each tangent: 0 as weighted, 1 adjusted, 2 a cusp.
+        degree: 3, or 2.
 
     """
 
-    ids: NDArray[np.int64]
-    control: NDArray[np.float64]
-    tangents: NDArray[np.float64]
-    kinds: NDArray[np.uint8]
+    degree: Literal[2, 3]
+    _polygon: _Identified = field(repr=False)
+    _made: _kernel.Curve = field(repr=False)
 
     def __len__(self) -> int:
-        return len(self.ids)
+        return len(self._made)
 
     @property
-    def degree(self) -> int:
-        """3, or 2."""
-        points: int = self.control.shape[1]
-        return points - 1
+    def ids(self) -> NDArray[np.int64]:
+        """The vertices, int64 (n,)."""
+        return self._polygon.ids
+
+    @cached_property
+    def control(self) -> NDArray[np.float64]:
+        """The control points of each segment, float64 (n, degree + 1, 2). O(n) once."""
+        control = np.empty((len(self), 2 * (self.degree + 1)))
+        if self.degree == 3:
+            self._made.put_cubics(control)
+        else:
+            self._made.put_parabolas(control)
+        return _read_only(control.reshape(-1, self.degree + 1, 2))
+
+    @property
+    def tangents(self) -> NDArray[np.float64]:
+        """Directions in which the curve passes the vertices, float64 (n, 2). O(n) once.
+
+        Of unit length; of a length between 1 and 2 where a needle needs a direction that no vector
+        of unit length has in doubles.
+        """
+        return self._tangents[0]
+
+    @property
+    def kinds(self) -> NDArray[np.uint8]:
+        """Of each tangent, uint8 (n,): 0 as weighted, 1 adjusted, 2 a cusp. O(n) once."""
+        return self._tangents[1]
 
     @cached_property
     def adjusted(self) -> NDArray[np.int64]:
@@ -116,7 +134,7 @@ class BezierCurve:
             beyond = cross(0, 1) / 3
         else:
             beyond = (3 * cross(0, 1) + 3 * cross(0, 2) + 6 * cross(1, 2)) / 20
-        return _Vertices(self.control[:, 0]).area + float(np.sum(beyond))
+        return _Vertices(self.control[:, 0], self.ids).area + float(np.sum(beyond))
 
     @cached_property
     def length(self) -> float:
@@ -170,7 +188,8 @@ class BezierCurve:
         """
         c, d = self.control, self.degree
         rounding = ROUNDING * float(np.abs(c).max(initial=0))
-        if not tolerance > 2 * rounding:
+        bound = tolerance if isinstance(tolerance, float) else inputs.tolerance(tolerance)
+        if not bound > 2 * rounding:
             raise InputError(
                 f"tolerance: got {tolerance!r}, expected more than {2 * rounding:.3g}, which is "
                 "what coordinates of this size allow"
@@ -179,7 +198,7 @@ class BezierCurve:
         bends = np.diff(c, 2, axis=1)
         bend = np.hypot(bends[..., 0], bends[..., 1]).max(axis=1, initial=0) * SLACK + rounding / 8
         off = d * (d - 1) / 8 * bend
-        pieces = np.maximum(1, np.ceil(np.sqrt(off / (tolerance - rounding)) * SLACK))
+        pieces = np.maximum(1, np.ceil(np.sqrt(off / (bound - rounding)) * SLACK))
         if pieces.sum() > MOST:
             raise InputError(
                 f"tolerance: got {tolerance!r}, which takes {pieces.sum():.3g} points, expected "
@@ -222,10 +241,15 @@ class BezierCurve:
 
         return plot.plot(ax, [picture.Mark("curve", picture.Curve(self.control))], color, label)
 
+    @cached_property
+    def _tangents(self) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+        tangents, kinds = np.empty((len(self), 2)), np.empty((len(self), 1), np.uint8)
+        self._made.put_tangents(tangents, kinds)
+        return _read_only(tangents), _read_only(kinds[:, 0])
+
     def _spread(self, control: NDArray[np.float64], per_segment: int) -> NDArray[np.float64]:
-        if per_segment < 1:
-            raise InputError(f"per_segment: got {per_segment}, expected at least 1")
-        t = np.arange(per_segment) / per_segment
+        count = inputs.count(per_segment, "per_segment")
+        t = np.arange(count) / count
         return _at(control[:, np.newaxis], t).reshape(-1, 2)
 
 
@@ -244,9 +268,15 @@ class Flattening(Polygonal):
     error: float
 
 
+class _Identified(Protocol):
+    @property
+    def ids(self) -> NDArray[np.int64]: ...
+
+
+@dataclass(frozen=True, eq=False)
 class _Vertices(Polygonal):
-    def __init__(self, xy: NDArray[np.float64]) -> None:
-        self.xy = xy
+    xy: NDArray[np.float64]
+    ids: NDArray[np.int64]
 
 
 def curve(
@@ -254,32 +284,34 @@ def curve(
     xy: NDArray[np.float64],
     weights: Weights = "length",
     degree: Literal[2, 3] = 3,
-    previous: BezierCurve | None = None,
 ) -> BezierCurve:
     """Return the curve through the vertices ``xy``, (n, 2), of a closed polygon. O(n).
 
     No vertex is repeated in a row; whether sides cross does not matter. See Engine.smooth.
-    ``previous`` is a curve by the same weights: where the polygon is the same, a cubic is copied
-    from it.
     """
-    if weights not in WEIGHTS:
+    made = _kernel.smooth(np.ascontiguousarray(xy), known(weights, degree))
+    return finished(_Vertices(xy, ids), made, degree)
+
+
+def known(weights: object, degree: object) -> _kernel.Weights:
+    """Return what the kernel calls these weights; refuse names and degrees that it has not."""
+    if not isinstance(weights, str) or weights not in WEIGHTS:
         raise InputError(f"weights: got {weights!r}, expected one of {', '.join(WEIGHTS)}")
     if degree not in (2, 3):
         raise InputError(f"degree: got {degree!r}, expected 2 or 3")
-    n = len(ids)
-    tangents, kinds = np.empty((n, 2)), np.empty((n, 1), np.uint8)
-    control = np.empty((n, 2 * (degree + 1)))
-    rows = np.ascontiguousarray(xy)
-    if degree == 3:
-        old = (tangents[:0], control[:0], kinds[:0])
-        if previous is not None and previous.degree == degree:
-            m = len(previous)
-            rows_before = previous.control.reshape(m, 2 * (degree + 1))
-            old = (previous.tangents, rows_before, previous.kinds.reshape(m, 1))
-        _kernel.cubic(rows, WEIGHTS[weights], tangents, control, kinds, *old)
-    else:
-        refused = _kernel.quadratic(rows, WEIGHTS[weights], tangents, control, kinds)
+    return WEIGHTS[weights]
+
+
+def finished(polygon: _Identified, made: _kernel.Curve, degree: Literal[2, 3]) -> BezierCurve:
+    """Return what the kernel made for a polygon; refuse a degree of which there is no such curve.
+
+    O(1) for degree 3, O(n) for degree 2.
+    """
+    if degree == 2:
+        n = len(made)
+        refused = made.put_parabolas(np.empty((n, 6)))
         if len(refused):
+            ids = polygon.ids
             sides = [(int(ids[i]), int(ids[(i + 1) % n])) for i in refused[:NAMED].tolist()]
             more = f" and {len(refused) - NAMED} more" if len(refused) > NAMED else ""
             raise InputError(
@@ -287,12 +319,7 @@ def curve(
                 "ahead of the first and behind the second; they do not at the vertices "
                 f"{', '.join(map(str, sides))}{more}; expected 3 for this polygon"
             )
-    return BezierCurve(
-        ids,
-        _read_only(control.reshape(n, degree + 1, 2)),
-        _read_only(tangents),
-        _read_only(kinds[:, 0]),
-    )
+    return BezierCurve(degree, polygon, made)
 
 
 def _read_only(array: NDArray[T]) -> NDArray[T]:

@@ -6,12 +6,15 @@
 // since the last query if they are few, or made from scratch if they are many, and so is the
 // widening. Both give the same result, so which one is taken is a matter of cost alone, and so is
 // how long points have waited. The same holds for the ring as a sequence (ring.hpp), which is
-// brought up to date when a query needs it, and takes no memory before.
+// brought up to date when a query needs it, and takes no memory before; for the notes about what it
+// was (notes.hpp); and for the ring as results hold it (outline.hpp), which follows by these notes
+// once it has been asked for a second time.
 //
 // Interrupts and ends of memory: settling may stop between two points. Those placed stay placed,
 // the others wait on, the constriction is made from scratch next time; nothing is lost.
 #pragma once
 
+#include <memory>
 #include <new>
 #include <string>
 #include <utility>
@@ -20,6 +23,8 @@
 #include "constriction.hpp"
 #include "gamma.hpp"
 #include "hierarchy.hpp"
+#include "notes.hpp"
+#include "outline.hpp"
 #include "points.hpp"
 #include "queries.hpp"
 #include "splices.hpp"
@@ -58,7 +63,7 @@ class Object {
             points_.take_one(handle);
             return;
         }
-        if (points_.slot(handle) >= 0) remove_site(points_.slot(handle));
+        if (points_.slot(handle) >= 0) remove_site(handle, false);
         points_.remove(handle);
     }
 
@@ -72,7 +77,7 @@ class Object {
             remove(handle);
             return points_.add(p);
         }
-        if (points_.slot(handle) >= 0) remove_site(points_.slot(handle));
+        if (points_.slot(handle) >= 0) remove_site(handle, true);
         points_.move(handle, p);
         return points_.id(handle);
     }
@@ -134,6 +139,12 @@ class Object {
     Index smallest() const { return triangulation_.smallest(); }
     Index slots() const { return triangulation_.slots(); }
     Point site(Index v) const { return triangulation_.site(v); }
+    Id id(Index v) const { return points_.id_in_slot(v); }
+    // Of the point with an id; negative if there is none.
+    Index slot_of(Id id) const {
+        Index handle = points_.find(id);
+        return handle == kNone ? kNone : points_.slot(handle);
+    }
 
     // The same as a sequence with ranks and boxes, as it was at the last update_ring.
     const Ring& ring() const { return ring_; }
@@ -142,11 +153,47 @@ class Object {
         if (links.all() && (hierarchy_.is_begun() || farthest_.is_begun())) {
             splices_.compare(ring_, *this, links);
         }
+        notes_.note(ring_, *this, links, points_.revision());
         hierarchy_.hear(links);
         farthest_.hear(links);
-        splices_.update(ring_, *this, links);
+        try {
+            splices_.update(ring_, *this, links);
+        } catch (...) {
+            notes_.forget();  // the ring tells no longer what it was
+            throw;
+        }
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
+
+    // How the ring differs from what it was at a revision. What it was is noted once somebody has
+    // begun to follow. Both want the ring up to date.
+    void follow() {
+        if (!notes_.is_kept()) notes_.begin(points_.revision());
+    }
+    Notes::Difference changes(std::int64_t since) const {
+        return notes_.compare(since, ring_, *this);
+    }
+
+    // The ring as results hold it, as it was at the last update_outline.
+    const std::shared_ptr<const Outline>& outline() const { return outline_; }
+    bool is_outline_fresh() const {
+        return outline_ != nullptr && outline_revision_ == points_.revision();
+    }
+    void update_outline() {
+        if (outline_ == nullptr) {
+            outline_ = make_outline();
+        } else {
+            update_ring();
+            Notes::Difference found = changes(outline_revision_);
+            if (!found.is_known) {
+                outline_ = make_outline();
+            } else if (!found.runs.empty()) {
+                outline_ = OutlineUpdate::make(*outline_, found, ring_, *this);
+            }
+            follow();
+        }
+        outline_revision_ = points_.revision();
+    }
 
     // The tree of Flintstones over it, and the one parted at farthest vertices; not to be asked
     // while there is no ring.
@@ -172,7 +219,7 @@ class Object {
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
                widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes() +
-               farthest_.bytes();
+               farthest_.bytes() + notes_.bytes() + (outline_ == nullptr ? 0 : outline_->bytes());
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -180,8 +227,12 @@ class Object {
         for (std::string broken : {points_.check(), triangulation_.check()}) {
             if (!broken.empty()) return broken;
         }
-        if (triangulation_.is_flat()) return {};  // and the ring sequence is not asked
-        std::string broken = constriction_.check();
+        std::string broken = notes_.check();
+        if (broken.empty() && is_outline_fresh() && !(*outline_ == *make_outline())) {
+            broken = "the outline is not the ring";
+        }
+        if (triangulation_.is_flat()) return broken;  // and the ring sequence is not asked
+        if (broken.empty()) broken = constriction_.check();
         if (broken.empty()) broken = widening_.check();
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
@@ -207,13 +258,26 @@ class Object {
         return few ? std::exchange(state_, State::stale) : state_ = State::stale;
     }
 
-    void remove_site(Index slot) {
+    std::shared_ptr<const Outline> make_outline() const {
+        std::size_t n = at(ring_size());
+        Stretch all;
+        all.ids.reserve(n);
+        all.xy.reserve(n);
+        for (Index v = smallest(); all.ids.size() < n; v = following(v)) all.add(id(v), site(v));
+        return std::make_shared<const Outline>(std::move(all));
+    }
+
+    // Takes the site of a point away, for ever or to be moved.
+    void remove_site(Index handle, bool is_moved) {
+        Index slot = points_.slot(handle);
         if (expect_changes(1) == State::stale) {
             Nobody nobody;
             triangulation_.remove(slot, nobody);
+            notes_.vacate(ring_, slot, points_.id(handle), is_moved);
             return;
         }
         triangulation_.remove(slot, constriction_);
+        notes_.vacate(ring_, slot, points_.id(handle), is_moved);
         if (triangulation_.is_flat()) return;
         try {
             constriction_.vanished();
@@ -257,6 +321,9 @@ class Object {
     Splices splices_;
     Hierarchy hierarchy_{triangulation_, ring_, Parting::smaller_disc};
     Hierarchy farthest_{triangulation_, ring_, Parting::farthest};
+    Notes notes_;
+    std::shared_ptr<const Outline> outline_;
+    std::int64_t outline_revision_ = 0;
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

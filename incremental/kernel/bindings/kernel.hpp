@@ -63,6 +63,16 @@ class Kernel {
         return turn;
     }
 
+    // The same, with the ring as results hold it instead.
+    Turn with_outline() {
+        Turn turn = settled();
+        if (!object_->is_outline_fresh()) {
+            nb::gil_scoped_release others_may_run;
+            object_->update_outline();
+        }
+        return turn;
+    }
+
     // Does work that may take long, in this object's turn: others may run, and signals end it.
     template <class Work>
     void at_length(Work work) {
@@ -119,7 +129,8 @@ void bind_flintstone(KernelClass& kernel);
 void bind_collision(KernelClass& kernel);
 void bind_bounds(KernelClass& kernel);
 void bind_scene(nb::module_& module);
-void bind_smooth(nb::module_& module);
+void bind_outline(nb::module_& module, KernelClass& kernel);
+void bind_smooth(nb::module_& module, KernelClass& kernel);
 void bind_whole(KernelClass& kernel);
 
 }  // namespace flintknap

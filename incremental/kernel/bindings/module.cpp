@@ -52,7 +52,8 @@ NB_MODULE(_kernel, m) {
     bind_flintstone(kernel);
     bind_collision(kernel);
     bind_bounds(kernel);
-    bind_smooth(m);
+    bind_outline(m, kernel);
+    bind_smooth(m, kernel);
     bind_whole(kernel);
     bind_scene(m);
 }

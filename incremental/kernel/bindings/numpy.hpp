@@ -17,6 +17,7 @@ namespace nb = nanobind;
 
 using DoubleArray = nb::ndarray<const double, nb::ndim<1>, nb::device::cpu>;
 using ByteArray = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Polygon = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 using IdArray = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::device::cpu>;
 
 // An array that owns its values, with as many columns as a row has.
