@@ -245,8 +245,11 @@ class Engine:
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]: ...
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]:
         """Tell which places belong to the closed object: side(x, y) >= 0."""
-        side = self.side(x, y)
-        return side >= 0
+        if isinstance(x, float) and isinstance(y, float):
+            side = self._kernel.side(x, y)
+            if side <= 1:
+                return side >= 0
+        return self.side(x, y) >= 0
 
     # ------------------------------------------------------------------ approximations
     def approximate(

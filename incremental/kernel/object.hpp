@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "cells.hpp"
 #include "constriction.hpp"
 #include "gamma.hpp"
 #include "hierarchy.hpp"
@@ -141,9 +142,12 @@ class Object {
     const Ring& ring() const { return ring_; }
     void update_ring() {
         hierarchy_.hear(constriction_.links());
-        splices_.update(ring_, *this, constriction_.links());
+        if (splices_.update(ring_, *this, constriction_.links())) cells_.follow(splices_);
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
+
+    // What lies where, of the same.
+    Cells& cells() { return cells_; }
 
     // The tree of Flintstones over it; not to be asked while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
@@ -162,7 +166,8 @@ class Object {
 
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
-               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes();
+               widening_.bytes() + ring_.bytes() + splices_.bytes() + cells_.bytes() +
+               hierarchy_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -175,6 +180,7 @@ class Object {
         if (broken.empty()) broken = widening_.check();
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
+        if (broken.empty()) broken = cells_.check();
         return broken.empty() ? hierarchy_.check() : broken;
     }
 
@@ -244,6 +250,7 @@ class Object {
     Widening widening_;
     Ring ring_;
     Splices splices_;
+    Cells cells_{ring_};
     Hierarchy hierarchy_{triangulation_, ring_};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh

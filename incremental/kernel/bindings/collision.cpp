@@ -21,29 +21,24 @@ struct Ends {
     }
 };
 
-// The nearest edges of many places, taken along a curve: each search begins near the one before,
-// with what is in the cache, and with a bound.
-template <class Answer>
-void search_nearest(const Ring& ring, DoubleArray x, DoubleArray y, Answer answer) {
-    NearestSearch search(ring);
-    const Point* known = nullptr;
-    Point start = {};
+// Calls ask(search, i, place, limit) for many places, taken along a curve: each search begins with
+// what is in the cache, and with a bound from the one before.
+template <class Ask>
+void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
+    NearestSearch search(object.ring(), &object.cells());
     auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
     for (const Ranked& next : curve_order(x.shape(0), place_of)) {
         std::size_t i = at(next.item);
         Point q = place_of(i);
-        Nearest found = known ? search.ask(q, distance(*known, q)) : search.ask(q);
-        if (found.leaf != kNone) {
-            start = edge_of(ring.leaf(found.leaf), found.place).a;
-            known = &start;
-        }
-        answer(i, found);
+        std::optional<Point> known = search.vertex();
+        double limit = known ? distance(*known, q) : std::numeric_limits<double>::infinity();
+        ask(search, i, q, limit);
     }
 }
 
 double distance_one(Kernel& k, double x, double y) {
     auto turn = k.with_ring();
-    return NearestSearch(k.object().ring()).ask({x, y}).distance;
+    return NearestSearch(k.object().ring(), &k.object().cells()).ask_distance({x, y});
 }
 
 auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
@@ -51,8 +46,10 @@ auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        search_nearest(k.object().ring(), x, y,
-                       [&](std::size_t i, const Nearest& n) { far[i] = n.distance; });
+        search_nearest(k.object(), x, y,
+                       [&](NearestSearch& search, std::size_t i, Point q, double limit) {
+                           far[i] = search.ask_distance(q, limit);
+                       });
     }
     return to_numpy(std::move(far));
 }
@@ -65,12 +62,14 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        search_nearest(k.object().ring(), x, y, [&](std::size_t i, const Nearest& found) {
-            at_x[i] = found.at.x;
-            at_y[i] = found.at.y;
-            far[i] = found.distance;
-            ends.set(i, k.object(), found.leaf, found.place);
-        });
+        search_nearest(k.object(), x, y,
+                       [&](NearestSearch& search, std::size_t i, Point q, double limit) {
+                           Nearest found = search.ask(q, limit);
+                           at_x[i] = found.at.x;
+                           at_y[i] = found.at.y;
+                           far[i] = found.distance;
+                           ends.set(i, k.object(), found.leaf, found.place);
+                       });
     }
     return nb::make_tuple(to_numpy(std::move(at_x)), to_numpy(std::move(at_y)),
                           to_numpy(std::move(far)), to_numpy(std::move(ends.start)),
@@ -89,20 +88,20 @@ void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1
 }
 
 // Whether each segment meets the boundary, or is held by the object.
-template <bool (*Ask)(const Ring&, const Segment&)>
+template <bool (*Ask)(Cells&, const Segment&)>
 bool segment_one(Kernel& k, double x0, double y0, double x1, double y1) {
     auto turn = k.with_ring();
-    return Ask(k.object().ring(), {{x0, y0}, {x1, y1}});
+    return Ask(k.object().cells(), {{x0, y0}, {x1, y1}});
 }
 
-template <bool (*Ask)(const Ring&, const Segment&)>
+template <bool (*Ask)(Cells&, const Segment&)>
 auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
     std::vector<std::uint8_t> answers(x0.shape(0));
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
         for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
-            answers[i] = Ask(k.object().ring(), s);
+            answers[i] = Ask(k.object().cells(), s);
         });
     }
     return to_numpy(std::move(answers));
@@ -116,7 +115,7 @@ auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
     {
         nb::gil_scoped_release others_may_run;
         for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
-            Hit hit = Hits(k.object().ring(), s).first();
+            Hit hit = Hits(k.object().ring(), s).first(k.object().cells());
             t[i] = hit.t;
             ends.set(i, k.object(), hit.leaf, hit.place);
         });
