@@ -65,25 +65,22 @@ class Segment {
     }
 
     // The edges of a leaf that may meet the segment, as bits: those whose ends are not both beyond
-    // the same side of its box, or certainly on the same side of its line. Without a branch.
+    // the same side of its box; if they are many, nor certainly on the same side of its line.
     std::int64_t candidates(const Ring::Leaf& leaf, Index count) const {
-        Gathered before, behind, under, over, left, right;
+        constexpr int few = 6;
+        Gathered before, behind, under, over;
         for (int i = 0; i < Ring::kRoom / 2; ++i) {  // those behind the last count for nothing
             Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
             before.add(i, x < both(box.x_low));
             behind.add(i, x > both(box.x_high));
             under.add(i, y < both(box.y_low));
             over.add(i, y > both(box.y_high));
-            Lanes first = both(x_) * (y - both(p.y)), second = both(y_) * (x - both(p.x));
-            Lanes slack = both(16 * kUlp) * (magnitudes(first) + magnitudes(second));
-            left.add(i, first - second > slack);
-            right.add(i, second - first > slack);
         }
-        std::int64_t beside = 0;
-        for (const Gathered* ends : {&before, &behind, &under, &over, &left, &right}) {
-            beside |= ends->bits() & (ends->bits() >> 1);
-        }
-        return ~beside & ((std::int64_t{1} << count) - 1);
+        std::int64_t beside = ends(before) | ends(behind) | ends(under) | ends(over);
+        std::int64_t left = ~beside & ((std::int64_t{1} << count) - 1);
+        return __builtin_popcountll(static_cast<unsigned long long>(left)) <= few
+                   ? left
+                   : left & ~on_one_side(leaf);
     }
 
     bool meets(Edge e) const {
@@ -98,6 +95,23 @@ class Segment {
     const Box box;
 
    private:
+    // The edges with both ends among vertices.
+    static std::int64_t ends(const Gathered& vertices) {
+        return vertices.bits() & (vertices.bits() >> 1);
+    }
+
+    std::int64_t on_one_side(const Ring::Leaf& leaf) const {
+        Gathered left, right;
+        for (int i = 0; i < Ring::kRoom / 2; ++i) {
+            Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
+            Lanes first = both(x_) * (y - both(p.y)), second = both(y_) * (x - both(p.x));
+            Lanes slack = both(16 * kUlp) * (magnitudes(first) + magnitudes(second));
+            left.add(i, first - second > slack);
+            right.add(i, second - first > slack);
+        }
+        return ends(left) | ends(right);
+    }
+
     double x_, y_;
 };
 

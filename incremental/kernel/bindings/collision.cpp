@@ -1,6 +1,8 @@
 // How far, what is met on the way, and who touches whom.
 #include "../collision.hpp"
 
+#include <initializer_list>
+
 #include "../order.hpp"
 #include "kernel.hpp"
 
@@ -21,19 +23,33 @@ struct Ends {
     }
 };
 
-// Calls ask(search, i, place, limit) for many places, taken along a curve: each search begins with
-// what is in the cache, and with a bound from the one before.
+// Calls f(i) for the rows of some columns, along a curve through the places (x, y) in the first
+// two: each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
+template <class F>
+void along_curve(std::initializer_list<const DoubleArray*> columns, F f) {
+    constexpr std::size_t ahead = 8;
+    const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
+    std::vector<Ranked> order =
+        curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i + ahead < order.size()) {
+            std::size_t next = at(order[i + ahead].item);
+            for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
+        }
+        f(at(order[i].item));
+    }
+}
+
+// Calls ask(search, i, place, limit) for many places: each search has a bound from the one before.
 template <class Ask>
 void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
     NearestSearch search(object.ring(), &object.cells());
-    auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
-    for (const Ranked& next : curve_order(x.shape(0), place_of)) {
-        std::size_t i = at(next.item);
-        Point q = place_of(i);
+    along_curve({&x, &y}, [&](std::size_t i) {
+        Point q = {x(i), y(i)};
         std::optional<Point> known = search.vertex();
         double limit = known ? distance(*known, q) : std::numeric_limits<double>::infinity();
         ask(search, i, q, limit);
-    }
+    });
 }
 
 double distance_one(Kernel& k, double x, double y) {
@@ -76,15 +92,11 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
                           to_numpy(std::move(ends.stop)));
 }
 
-// Calls f(i, segment) for many segments, in the order of their starts along a curve: the next one
-// meets what is in the cache.
+// Calls f(i, segment) for many segments.
 template <class F>
 void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
-    auto start = [&](std::size_t i) { return Point{x0(i), y0(i)}; };
-    for (const Ranked& next : curve_order(x0.shape(0), start)) {
-        std::size_t i = at(next.item);
-        f(i, Segment(start(i), {x1(i), y1(i)}));
-    }
+    along_curve({&x0, &y0, &x1, &y1},
+                [&](std::size_t i) { f(i, Segment({x0(i), y0(i)}, {x1(i), y1(i)})); });
 }
 
 // Whether each segment meets the boundary, or is held by the object.
