@@ -119,7 +119,7 @@ class Scene(MutableMapping[str, "Engine"]):
 
         Of several as near the first by name; (None, of a degenerate object) if none has a boundary.
         Numbers or arrays, as in Engine.insert; of arrays, arrays of their common shape. A place
-        costs half a nanosecond an object, and what it takes to ask the few that may be nearest.
+        costs a look at each box, and what it takes to ask the few objects that may be nearest.
 
         Raises InputError naming the first row at fault.
         """

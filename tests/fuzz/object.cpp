@@ -322,6 +322,7 @@ void compare(Subject& subject) {
         fail("an object made from scratch has other triangles");
     for (const auto& [p, known] : subject.model()) {
         int where = side(subject.ring(), p);
+        if (subject.cells().side(p) != where) fail("cells tell another side");
         if (subject.triangulation().is_flat() ? where != -1 : where < 0) fail("a point is outside");
     }
 }

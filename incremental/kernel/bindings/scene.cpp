@@ -79,7 +79,7 @@ class Roster {
             std::vector<std::size_t> held;
             for (std::size_t r = 0; r < rows_.size(); ++r) {
                 const Box& box = boxes_[r];
-                if (!(box.x_low <= box.x_high)) continue;
+                if (!has_box(r)) continue;
                 held.clear();
                 auto next = std::lower_bound(places.begin(), places.end(),
                                              std::pair{box.x_low, std::size_t{0}});
@@ -153,29 +153,40 @@ class Roster {
         return NearestSearch(object.ring(), &object.cells()).ask_distance(q, limit);
     }
 
-    // Makes nearest_ the rows that are nearest; far(row, q, limit) tells how far one is.
+    // Makes nearest_ the rows that are nearest; far(row, q, limit) tells how far one is. The object
+    // with the nearest box leaves few others to be asked.
     template <class Far>
     void find_nearest(Point q, Far far) {
-        by_gap_.clear();  // the nearest box on top of the heap
-        for (std::size_t i = 0; i < rows_.size(); ++i) {
-            if (boxes_[i].x_low <= boxes_[i].x_high)
-                by_gap_.push_back({squared_gap(boxes_[i], q), i});
-        }
-        std::make_heap(by_gap_.begin(), by_gap_.end(), std::greater<>());
         constexpr double inf = std::numeric_limits<double>::infinity();
         double best = inf;
         nearest_.clear();
-        while (!by_gap_.empty() && by_gap_.front().first <= gap_within(best)) {
-            std::size_t row = by_gap_.front().second;
-            std::pop_heap(by_gap_.begin(), by_gap_.end(), std::greater<>());
-            by_gap_.pop_back();
+        gaps_.resize(rows_.size());
+        for (std::size_t i = 0; i < rows_.size(); ++i) gaps_[i] = squared_gap(boxes_[i], q);
+        auto is_nearer = [&](std::size_t a, std::size_t b) { return gaps_[a] < gaps_[b]; };
+        auto ask = [&](std::size_t row) {
             double distance = far(row, q, best);
-            if (distance > best || distance == inf) continue;
+            if (distance > best || distance == inf) return;
             if (distance < best) nearest_.clear();
             best = distance;
             nearest_.push_back(row);
+        };
+        std::size_t first = rows_.size();
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            if (has_box(i) && (first == rows_.size() || is_nearer(i, first))) first = i;
+        }
+        if (first == rows_.size()) return;
+        ask(first);
+        near_.clear();
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            if (i != first && has_box(i) && gaps_[i] <= gap_within(best)) near_.push_back(i);
+        }
+        std::sort(near_.begin(), near_.end(), is_nearer);
+        for (std::size_t row : near_) {
+            if (gaps_[row] <= gap_within(best)) ask(row);
         }
     }
+
+    bool has_box(std::size_t row) const { return boxes_[row].x_low <= boxes_[row].x_high; }
 
     struct Row {
         nb::object held;
@@ -184,8 +195,8 @@ class Roster {
     };
     std::vector<Row> rows_;
     std::vector<Box> boxes_;
-    std::vector<std::pair<double, std::size_t>> by_gap_;
-    std::vector<std::size_t> nearest_;
+    std::vector<double> gaps_;  // by row
+    std::vector<std::size_t> near_, nearest_;
 };
 
 }  // namespace
