@@ -23,6 +23,7 @@ NAMES = (
     "flintstone",
     "collision",
     "smooth",
+    "output",
     "gamma",
     "soak",
 )

@@ -1,10 +1,12 @@
 """Flintstones: the complete tree, approximations of a built one, and one more point at a time.
 
-"Complete" asks a fresh engine, whose boundary is known, for the deepest level. "Approximate" asks
-a complete tree for tolerances it has not been asked for; the peer simplifies the whole ring for
-each (`shapely.simplify`, Douglas and Peucker's method without regard to topology). "Live" inserts
-points one by one on top of N, each followed by a `side`, which brings the boundary up to date, and
-an approximation of level 8. "Vertices kept" compares how many vertices either method needs.
+"Complete" asks a fresh engine, whose boundary is known, for the deepest level, or for a tolerance
+of 0, which makes the other tree. "Approximate" asks a complete tree for tolerances it has not been
+asked for; the peer simplifies the whole ring for each (`shapely.simplify`, Douglas and Peucker's
+method without regard to topology). "Live" inserts points one by one on top of N, each followed by
+a `side`, which brings the boundary up to date, and an approximation of level 8. "Vertices kept"
+compares how many vertices either method needs. "Told at a level" asks for bounds from
+approximations that are known already, and the exact question beside them.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from __future__ import annotations
 import statistics
 from functools import partial
 from time import process_time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -39,36 +41,43 @@ CLOSE = 12  # tolerances around the one that keeps such a share
 KEPT = 1.35  # times the vertices of the other method
 TOLERANCES = (0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)  # of the extent
 CHANGES, QUICK_CHANGES = 500, 50
+PLACES = 2000
 DEEPEST = 10**9
 
 
 def run(quick: bool) -> Iterator[tables.Table]:
-    """Yield a table for each of the four."""
+    """Yield a table for each of the five."""
     n = 10**4 if quick else 10**5
     yield complete(n, quick=quick)
     yield approximate(n, quick=quick)
     yield live(n, QUICK_CHANGES if quick else CHANGES, quick=quick)
     yield kept(n, quick=quick)
+    yield told(n, quick=quick)
 
 
 def complete(n: int, *, quick: bool) -> tables.Table:
     """Return what the whole tree costs a vertex."""
     table = tables.contest("Complete tree", "set", "N", unit="a vertex")
     for name, make in SETS.items():
-        found = compare({"flintknap": partial(grow, sets.shuffled(make(n)))}, n, quick=quick)
-        judged = {} if quick else {"flintknap": tables.at_most(MOST[name])}
+        points = sets.shuffled(make(n))
+        makers = {
+            "flintknap": partial(grow, points, {"level": DEEPEST}),
+            "for tolerances": partial(grow, points, {"tolerance": 0.0}),
+        }
+        found = compare(makers, n, quick=quick)
+        judged = {} if quick else dict.fromkeys(makers, tables.at_most(MOST[name]))
         tables.enter(table, [name, n], found, judged)
     return table
 
 
-def grow(points: Points, clock: Clock) -> str:
-    """Make all nodes."""
+def grow(points: Points, cut: dict[str, Any], clock: Clock) -> str:
+    """Make all nodes of a tree."""
     engine = fk.Engine()
     engine.insert(points)
     bounded(engine)
     with clock.lap(len(points)):
-        engine.approximate(level=DEEPEST)
-    return f"depth {engine.levels:,}"
+        found = engine.approximate(**cut)
+    return f"depth {found.level:,}"
 
 
 def approximate(n: int, *, quick: bool) -> tables.Table:
@@ -100,10 +109,10 @@ def approximate(n: int, *, quick: bool) -> tables.Table:
 
 
 def built(points: Points) -> tuple[fk.Engine, shapely.LineString]:
-    """Return an engine with its complete tree, and its ring as a closed line."""
+    """Return an engine with its complete tree for tolerances, and its ring as a closed line."""
     engine = fk.Engine()
     engine.insert(sets.shuffled(points))
-    engine.approximate(level=DEEPEST)
+    engine.approximate(tolerance=0.0)
     ring = engine.boundary().xy
     return engine, shapely.LineString(np.concatenate([ring, ring[:1]]))
 
@@ -176,3 +185,31 @@ def kept(n: int, *, quick: bool) -> tables.Table:
             percent = 100 * ours / len(engine.boundary())
             table.rows.append([name, n, tolerance, ours, percent, theirs, times, judged])
     return table
+
+
+def told(n: int, *, quick: bool) -> tables.Table:
+    """Return what collision queries cost, exact and from approximations."""
+    columns = ["set", "N", "µs each", "exact", "level 4", "level 8", "within 1 % of the extent"]
+    table = tables.Table("Told at a level", columns)
+    for name, make in SETS.items():
+        engine, _ = built(make(n))
+        xy = engine.points()
+        extent = float(np.ptp(xy, axis=0).max())
+        rng = np.random.default_rng(7)
+        start = rng.uniform(xy.min(axis=0), xy.max(axis=0), (PLACES, 2))
+        stop = start + rng.normal(0, extent / 20, (PLACES, 2))
+        cuts: list[dict[str, Any]] = [{}, {"level": 4}, {"level": 8}, {"tolerance": extent / 100}]
+        for question, ends in (("distance", start.T), ("intersects", np.hstack([start, stop]).T)):
+            asks = {str(cut): partial(ask_places, engine, question, ends, cut) for cut in cuts}
+            found = compare(asks, n, quick=quick)
+            table.rows.append([name, n, question, *(each.median for each in found.values())])
+    return table
+
+
+def ask_places(
+    engine: fk.Engine, question: str, ends: Points, cut: dict[str, Any], clock: Clock
+) -> None:
+    """Ask about all places, or segments, at once."""
+    getattr(engine, question)(*ends, **cut)  # now the tree is refined as far as this takes
+    with clock.lap(len(ends[0])):
+        getattr(engine, question)(*ends, **cut)

@@ -1,17 +1,11 @@
-"""Smooth boundaries: all at once, after a change, drawn; and how long the package takes to start.
+"""Smooth boundaries: all at once, and after a change.
 
 "After a change" puts one more point on top of N, shuffled, asks for a side, so that the boundary is
 right, and only then starts the clock: for the ring alone, and for ring and curve.
-
-"Start" is the CPU time of whole processes, the median of interleaved rounds.
 """
 
 from __future__ import annotations
 
-import resource
-import statistics
-import subprocess
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,18 +30,10 @@ SETS: dict[str, Callable[[int], Points]] = {
     "curve, noise of one spacing": sets.noisy_curve,
 }
 CHANGES = 50  # of each round
-STARTS = {
-    "empty": ["-c", "pass"],
-    "numpy": ["-c", "import numpy"],
-    "flintknap": ["-c", "import flintknap"],
-    "flintknap, an engine": ["-c", "import flintknap; flintknap.Engine()"],
-    "flintknap --help": ["-m", "flintknap", "--help"],
-}
-ROUNDS, QUICK_ROUNDS = 21, 5
 
 
 def run(quick: bool) -> Iterator[tables.Table]:
-    """Yield a table for curves from scratch, after a change, and for starts."""
+    """Yield a table for curves from scratch, and one for curves after a change."""
     scratch = tables.contest("From a ring", "set", "N", unit="a vertex")
     changed = tables.contest("After a change", "set", "N", unit="a change")
     for name, make in SETS.items():
@@ -61,11 +47,10 @@ def run(quick: bool) -> Iterator[tables.Table]:
         tables.enter(changed, [name, 10**5], found, targets)
     yield scratch
     yield changed
-    yield starts(QUICK_ROUNDS if quick else ROUNDS)
 
 
 def smoothed(xy: Points) -> dict[str, Contender]:
-    """Return contenders that make a curve through all vertices, and that draw it."""
+    """Return contenders that make a curve through all vertices."""
     ids = np.arange(len(xy))
 
     def weighted(weights: Weights) -> Contender:
@@ -76,14 +61,7 @@ def smoothed(xy: Points) -> dict[str, Contender]:
 
         return contender
 
-    def drawn(clock: Clock) -> str:
-        made = curve(ids, xy)
-        with clock.lap(len(xy)):
-            made.to_svg()
-        return ""
-
-    found = {f"flintknap, {weights}": weighted(weights) for weights in WEIGHTS}
-    return {**found, "flintknap to_svg": drawn}
+    return {f"flintknap, {weights}": weighted(weights) for weights in WEIGHTS}
 
 
 def after_changes(xy: Points) -> dict[str, Contender]:
@@ -107,31 +85,3 @@ def after_changes(xy: Points) -> dict[str, Contender]:
         "flintknap ring": asked(fk.Engine.boundary),
         "flintknap ring and curve": asked(fk.Engine.smooth),
     }
-
-
-def starts(rounds: int) -> tables.Table:
-    """Return the CPU time of processes that start and end."""
-    taken: dict[str, list[float]] = {name: [] for name in STARTS}
-    for _ in range(rounds):
-        for name, arguments in STARTS.items():
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            subprocess.run([sys.executable, *arguments], stdout=subprocess.DEVNULL, check=True)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-            taken[name].append(seconds)
-
-    def median_of(one: str, other: str, of: Callable[[float, float], float]) -> float:
-        return statistics.median(map(of, taken[one], taken[other]))
-
-    table = tables.Table("Start", ["", "ms", "beyond empty, ms", "of numpy", "target"])
-    ratio_target = tables.at_most(1.3, "1.3 of numpy")
-    targets = {"flintknap": ratio_target, "flintknap, an engine": ratio_target}
-    for name in STARTS:
-        beyond = 1e3 * median_of(name, "empty", lambda a, b: a - b)
-        share = median_of(name, "numpy", lambda a, b: a / b)
-        verdict = targets[name].judge(share) if name in targets else ""
-        if name.endswith("--help"):
-            verdict = tables.at_most(150, "150 ms beyond empty").judge(beyond)
-        row = [name, 1e3 * statistics.median(taken[name]), beyond, share, verdict]
-        table.rows.append(row)
-    return table

@@ -1,9 +1,10 @@
 """Points left inside: share on the polygon, how far the graph is widened, and what that costs.
 
 "Locked" is the number of points that constriction of the Delaunay triangulation leaves inside,
-"inside" what is left of them after widening to `d`. The costs are those of engines with d_min = -1
-over engines with d_min = 0: from points to ring, and one more point with a `side`, mean over the
-inserts. The two kinds of engine take turns.
+"inside" what is left of them after widening to `d`, "longer" what that adds to the length of the
+polygon. The costs are those of engines with d_min = -1 over engines with d_min = 0: from points to
+ring, and one more point with a `side`, mean over the inserts; the last cell is the most that one of
+these cost more. The two kinds of engine take turns.
 """
 
 from __future__ import annotations
@@ -24,13 +25,18 @@ if TYPE_CHECKING:
 ALL_ON = tables.at_least(100, "100 %")
 SCRATCH = tables.at_most(1.15)
 INSERT = tables.at_most(1.30)
+DEAREST = tables.at_most(1)
+TARGETED = ("uniform", "curve, noise of one")
 ROUNDS, INSERTS = 5, 400
 
 
-def wide_curve(n: int) -> Points:
-    """Return a curve with noise of three spacings."""
-    clean = sets.curve(n)
-    return clean + 3 * (sets.noisy_curve(n, 3) - sets.curve(n, 3))
+def noisy(spacings: float) -> Callable[[int], Points]:
+    """Return a maker of curves with so much noise."""
+
+    def make(n: int) -> Points:
+        return sets.curve(n) + spacings * (sets.noisy_curve(n, 3) - sets.curve(n, 3))
+
+    return make
 
 
 def spiral(n: int) -> Points:
@@ -48,8 +54,10 @@ def combs(n: int) -> Points:
 
 SETS: dict[str, Callable[[int], Points]] = {
     "uniform": sets.uniform,
-    "curve, noise of one spacing": sets.noisy_curve,
-    "curve, noise of three": wide_curve,
+    "curve, noise of half a spacing": noisy(0.5),
+    "curve, noise of one": noisy(1),
+    "curve, noise of three": noisy(3),
+    "coast": sets.coast,
     "maze": sets.maze,
     "grid": sets.grid,
     "spiral": spiral,
@@ -59,24 +67,27 @@ SETS: dict[str, Callable[[int], Points]] = {
 
 def run(quick: bool) -> Iterator[tables.Table]:
     """Yield a table of shares and one of costs."""
-    columns = ["set", "N", "locked", "inside", "d", "on polygon, %", "target"]
+    columns = ["set", "N", "locked", "inside", "d", "longer, %", "on polygon, %", "target"]
     share = tables.Table("Share of points on the polygon", [*columns, "concave_hull misses"])
     columns = ["set", "N", "from scratch", "target", "insert and side", "target"]
+    columns += ["dearest, ms", "target"]
     cost = tables.Table("Cost with widening, over cost without", columns)
     for name, make in SETS.items():
-        for n in (10**3, 10**4) if quick else (10**3, 10**4, 10**5):
+        for n in (500, 10**4) if quick else (500, 10**3, 10**4, 10**5):
             points = make(n + INSERTS)
             kept = sets.shuffled(points)[: len(points) - INSERTS]
             locked, widened = built(kept, 0.0).boundary(), built(kept, -1.0).boundary()
+            longer = 100 * (widened.length / locked.length - 1)
             on = 100 * len(widened) / len(kept)
-            cells = [len(locked.inside), len(widened.inside), widened.d, on, ALL_ON.judge(on)]
-            share.rows.append([name, n, *cells, missed_by_shapely(kept) if n <= 10**4 else ""])
-            scratch, insert = ratios(sets.shuffled(points))
-            is_target = name == "uniform" and n == 10**5
-            judged = [
-                t.judge(r) if is_target else "" for t, r in ((SCRATCH, scratch), (INSERT, insert))
-            ]
-            cost.rows.append([name, n, scratch, judged[0], insert, judged[1]])
+            cells = [len(locked.inside), len(widened.inside), widened.d, longer, on]
+            missed = missed_by_shapely(kept) if n <= 10**4 else ""
+            share.rows.append([name, n, *cells, ALL_ON.judge(on), missed])
+            found = ratios(sets.shuffled(points))
+            row: list[object] = [name, n]
+            for target, figure in zip((SCRATCH, INSERT, DEAREST), found, strict=True):
+                has_target = n == 10**5 and name in TARGETED
+                row += [figure, target.judge(figure) if has_target else ""]
+            cost.rows.append(row)
     yield share
     yield cost
 
@@ -88,8 +99,8 @@ def built(points: Points, d_min: float) -> fk.Engine:
     return engine
 
 
-def ratios(points: Points) -> tuple[float, float]:
-    """Return cost with over cost without widening: from scratch (median), and of inserts (mean)."""
+def ratios(points: Points) -> tuple[float, float, float]:
+    """Return cost with over cost without: from scratch (median), of inserts (mean); dearest, ms."""
     first, more = points[:-INSERTS], points[-INSERTS:].tolist()
     scratch = []
     for _ in range(ROUNDS):
@@ -100,16 +111,19 @@ def ratios(points: Points) -> tuple[float, float]:
             engine.boundary()
             took.append(process_time() - began)
         scratch.append(took[1] / took[0])
-    engines, spent = [built(first, d_min) for d_min in (0.0, -1.0)], [0.0, 0.0]
+    engines = [built(first, d_min) for d_min in (0.0, -1.0)]
+    spent = np.zeros((2, len(more)))
     for engine in engines:
         engine.side(0.0, 0.0)
-    for x, y in more:
-        for which, engine in enumerate(engines):
+    for which, (x, y) in enumerate(more):
+        for row, engine in zip(spent, engines, strict=True):
             began = process_time()
             engine.insert(x, y)
             engine.side(x, y)
-            spent[which] += process_time() - began
-    return float(np.median(scratch)), spent[1] / spent[0]
+            row[which] = process_time() - began
+    without, with_it = spent
+    dearest = 1000 * float((with_it - without).max())
+    return float(np.median(scratch)), float(with_it.sum() / without.sum()), dearest
 
 
 def missed_by_shapely(points: Points) -> int | str:

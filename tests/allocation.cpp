@@ -180,13 +180,14 @@ Call grown_set(const Sites& points) {
     };
 }
 
-// The tree of Flintstones, down to a level.
+// Both trees, down to a level or to no error.
 Call approximate(Index level) {
     return [=](Object& object) {
         settle(object);
         if (object.ring().empty()) return;
-        object.hierarchy().cut({level, Hierarchy::kAnyError}, nothing_to_poll,
-                               [](const Hierarchy::Edge&) {});
+        for (Hierarchy* tree : {&object.hierarchy(), &object.farthest()}) {
+            tree->cut({level, 0}, nothing_to_poll, [](const Hierarchy::Edge&) {});
+        }
     };
 }
 

@@ -6,6 +6,7 @@ import gzip
 import json
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -15,10 +16,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
-from flintknap import export, log
+from flintknap import animation, commands, layers, log, picture, plot, svg
 from flintknap.cli import main
-from flintknap.events import Insert, Query, Remove
+from flintknap.events import Insert, Move, Query, Remove
 from flintknap.replay import replay
 
 LOGS = Path(__file__).parents[1] / "replay_logs"
@@ -29,6 +31,7 @@ COMMAND = [sys.executable, "-m", "flintknap"]
 TRIANGLE = [
     Insert(t=float(i), object="a", x=x, y=y) for i, (x, y) in enumerate([(0, 0), (4, 0), (0, 4)])
 ]
+OUTLINE = [(0, 0), (9, 0), (9, 4), (0, 4), (5, 1), (3, 3), (7, 3), (1, 2), (8, 2), (4, 4)]
 ASKED = [
     *TRIANGLE,
     Query(t=3.0, object="a", kind="side", x=1.0, y=1.0),
@@ -110,13 +113,6 @@ def test_answers_are_json_lines_in_order(run, asked):
     assert "8 events in " in err
 
 
-def test_the_example_of_the_documentation(run, tmp_path):
-    text = (LOGS.parent / "docs" / "log-format.md").read_text(encoding="utf-8")
-    example, answer = (part.split("```")[0] for part in text.split("```json\n")[1:3])
-    (tmp_path / "it").write_text(example)
-    assert run(tmp_path / "it")[:2] == (0, answer)
-
-
 def test_until_and_object(run, asked):
     _, out, _ = run(asked, "--until", "4", "--json")
     summary = json.loads(out.splitlines()[-1])
@@ -160,43 +156,167 @@ def test_pictures_and_polygons(run, tmp_path, asked):
     ]
 
 
-def test_approximations_are_drawn(run, tmp_path, asked):
-    plain, level, adaptive = tmp_path / "plain", tmp_path / "level", tmp_path / "adaptive"
+# ---------------------------------------------------------------------- pictures
+def test_layers_are_drawn(run, tmp_path, asked):
+    plain, layered = tmp_path / "plain", tmp_path / "layered"
+    chosen = "points,boundary,flintstones:1,smooth:tolerance=0.5"
     assert run(asked, "--svg", plain)[0] == 0
-    assert run(asked, "--svg", level, "--level", "1")[0] == 0
-    assert run(asked, "--svg", adaptive, "--tolerance", "0.5")[0] == 0
+    assert run(asked, "--svg", layered, "--layers", chosen)[0] == 0
     engines = replay(asked).engines
-    assert level.read_text() == export.svg(engines, level=1)
-    assert adaptive.read_text() == export.svg(engines, tolerance=0.5)
-    assert 'class="stones"' in level.read_text()
-    assert 'class="stones"' not in plain.read_text()
+    assert plain.read_text() == svg.draw(engines)
+    assert layered.read_text() == svg.draw(engines, chosen)
+    assert 'class="stones"' in layered.read_text()
+
+
+def test_png_is_the_picture(run, tmp_path, asked):
+    assert run(asked, "--png", tmp_path / "it", "--layers", "graph,boundary")[0] == 0
+    with Image.open(tmp_path / "it") as image:
+        assert image.format == "PNG"
+        assert max(image.size) == pytest.approx(commands.PNG_SIZE * 1.04, abs=1)
+        assert image.convert("L").getextrema() != (255, 255)
+
+
+def test_frames_and_gif(run, tmp_path):
+    folder, gif = tmp_path / "frames", tmp_path / "it.gif"
+    folder.mkdir()  # an empty one is as good as none
+    events = [Insert(t=float(i), object="a", x=x, y=y) for i, (x, y) in enumerate(OUTLINE)]
+    events.insert(5, Query(t=4.0, object="a", kind="side", x=1.0, y=1.0))
+    log.write(tmp_path / "it", events)
+    code, out, _ = run(tmp_path / "it", "--gif", gif, "--frames", folder, "--every", "3")
+    assert (code, len(out.splitlines())) == (0, 1)
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == [f"{i:06}.png" for i in range(1, 5)]  # 11 events
+    box = picture.compose(replay(events).engines).box
+    for count, name in zip((3, 6, 9, 11), names, strict=True):
+        seen = picture.compose(replay(events[:count]).engines, box=box)
+        assert (folder / name).read_bytes() == plot.png(seen, animation.SIZE)
+    with Image.open(gif) as image:
+        assert (image.format, image.n_frames) == ("GIF", 4)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["frames", "it", "it.gif"]
+
+
+def test_a_hundred_frames_or_so_if_nobody_says(tmp_path):
+    events = [Insert(t=float(i), object="a", x=float(i), y=-2.0 * i) for i in range(250)]
+    events += [Query(t=1.0, object="a", kind="side", x=1e9, y=1e9)]
+    events += [Move(t=1.0, object="b", id=0, x=1e6, y=0.0), Insert(t=300.0, object="a", x=9e9, y=0)]
+    log.write(tmp_path / "it", events)
+    ahead = animation.survey(str(tmp_path / "it"), until=249.0)
+    assert [corner.tolist() for corner in ahead.box] == [[0.0, -498.0], [1e6, 0.0]]
+    camera = animation.Camera(ahead, None, None, None, None)
+    assert (ahead.events, camera.every, camera.frames) == (252, 3, 84)
+    ahead = animation.survey(str(tmp_path / "it"), object="b")
+    assert [corner.tolist() for corner in ahead.box] == [[1e6, 0.0], [1e6, 0.0]]
+    camera = animation.Camera(ahead, 5, None, None, None)
+    assert (ahead.events, camera.every, camera.frames) == (1, 5, 1)
+
+
+def test_frames_of_nothing(run, tmp_path):
+    log.write(tmp_path / "it", [])
+    assert run(tmp_path / "it", "--frames", tmp_path / "no", "--gif", tmp_path / "gif")[0] == 0
+    assert [path.name for path in (tmp_path / "no").iterdir()] == ["000001.png"]
+    with Image.open(tmp_path / "gif") as image:
+        assert image.n_frames == 1
+
+
+def test_a_folder_with_something_in_it_is_left_alone(run, tmp_path, asked):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis").write_text("")
+    for taken in ("mine", "mine/thesis"):
+        code, out, err = run(asked, "--frames", tmp_path / taken)
+        assert (code, out) == (1, "")
+        assert "expected a new or an empty folder" in err
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis"]
+
+
+def test_a_bad_log_leaves_no_frames(run, tmp_path, asked):
+    good = asked.read_bytes()
+    remove = b'{"op":"remove","t":9,"object":"a","id":77}\n'
+    for bad in (b"oops\n", remove):  # the one is met before the replay, the other in it
+        asked.write_bytes(good + bad)
+        code, _, err = run(asked, "--frames", tmp_path / "it", "--gif", tmp_path / "gif")
+        assert code == 1
+        assert err.startswith(f"flintknap: {asked}:10: ")
+        assert [path.name for path in tmp_path.iterdir()] == ["asked.jsonl"]
+
+
+@pytest.mark.parametrize("kind", ["--svg", "--png", "--gif", "--geojson"])
+def test_a_picture_on_standard_output_is_alone_there(kind, asked):
+    command = [*COMMAND, "replay", str(asked), kind, "-"]
+    done = subprocess.run(command, capture_output=True, check=True)
+    start = {"--svg": b"<svg ", "--png": b"\x89PNG", "--gif": b"GIF89a", "--geojson": b"{"}[kind]
+    assert done.stdout.startswith(start)
+    assert b'"answer"' not in done.stdout
+    assert b"8 events in " in done.stderr
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_nobody_reads_the_picture(unbuffered):
+    process = subprocess.Popen(
+        [
+            *COMMAND,
+            "replay",
+            str(LOGS / "benelux.jsonl.gz"),
+            "--svg",
+            "-",
+            "--layers",
+            "graph:d=-1",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+    )
+    with process:
+        assert process.stdout.read(5) == b"<svg "
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 128 + signal.SIGPIPE
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--level", "2", "--tolerance", "1"], "not allowed with"),
-        (["--level", "-1"], "expected an integer, 0 or more"),
-        (["--level", "2.5"], "expected an integer, 0 or more"),
-        (["--tolerance", "nan"], "expected a number, 0 or more"),
-        (["--tolerance=-1"], "expected a number, 0 or more"),
+        (["--layers", "boundary"], "expected one of --svg, --png, --gif, --frames"),
+        (["--geojson", "x", "--layers", "boundary"], "expected one of --svg"),
+        (["--svg", "x", "--every", "5"], "expected --gif or --frames"),
+        (["--gif", "x", "--every", "0"], "got '0', expected an integer, 1 or more"),
+        (["--gif", "x", "--every", "2.5"], "got '2.5', expected an integer, 1 or more"),
+        (["--svg", "x", "--layers", "stones:4"], "got 'stones:4', expected one of points, graph"),
+        (["--svg", "x", "--layers", "smooth:-1"], "a level is an integer, 0 or more"),
+        (["--svg", "-", "--json"], "expected nothing else to go to standard output"),
+        (["--svg", "-", "--geojson", "-"], "expected nothing else to go to standard output"),
+        (["--png", "-", "--collisions"], "expected nothing else to go to standard output"),
+        (["--svg", "x", "--level", "4"], "unrecognized arguments: --level 4"),
     ],
 )
-def test_bad_approximations_are_refused(capsys, tmp_path, asked, options, words):
-    with pytest.raises(SystemExit) as exit_:
-        main(["replay", str(asked), "--svg", str(tmp_path / "it"), *options])
-    assert exit_.value.code == 2
-    assert words in capsys.readouterr().err
-    assert not (tmp_path / "it").exists()
+def test_pictures_that_cannot_be_meant(run, asked, options, words):
+    code, out, err = run(asked, *options)
+    assert (code, out) == (2, "")
+    assert err.startswith("usage: flintknap ")
+    assert words in err
+    assert [path.name for path in asked.parent.iterdir()] == ["asked.jsonl"]
 
 
-def test_an_approximation_without_a_picture_is_refused(capsys, asked):
-    with pytest.raises(SystemExit) as exit_:
-        main(["replay", str(asked), "--level", "2"])
-    assert exit_.value.code == 2
-    assert "--svg" in capsys.readouterr().err
+def test_what_is_read_twice_is_no_pipe(run):
+    code, out, err = run("-", "--gif", "x")
+    assert (code, out) == (2, "")
+    assert "got - for LOG, expected a file" in err
 
 
+def test_a_picture_without_matplotlib(tmp_path, asked):
+    hidden = "import sys; sys.modules['matplotlib'] = None; from flintknap.cli import main; main()"
+    code = hidden.replace("main()", "sys.exit(main(sys.argv[1:]))")
+    command = [sys.executable, "-c", code, "replay", str(asked)]
+    for kind in ("--png", "--gif", "--frames"):
+        done = subprocess.run([*command, kind, tmp_path / "it"], capture_output=True, check=False)
+        assert (done.returncode, done.stdout) == (1, b"")
+        (line,) = done.stderr.decode().splitlines()
+        assert line.startswith("flintknap: got no matplotlib, expected it ")
+        assert line.endswith("pip install 'flintknap[plot]'")
+        assert [path.name for path in tmp_path.iterdir()] == ["asked.jsonl"]
+    assert subprocess.run([*command, "--svg", tmp_path / "it"], check=False).returncode == 0
+
+
+# ---------------------------------------------------------------------- next to nothing
 def test_a_log_without_events(run, tmp_path):
     log.write(tmp_path / "it", [])
     code, out, _ = run(tmp_path / "it", "--json", "--svg", tmp_path / "svg")
@@ -259,6 +379,88 @@ def test_bad_usage(run, arguments):
 
 
 # ---------------------------------------------------------------------- as a process
+@pytest.mark.parametrize("verb", [None, "replay", "convert", "info", "check"])
+def test_help(verb):
+    command = [*COMMAND, *([verb] if verb else []), "--help"]
+    environment = os.environ | {"COLUMNS": "80"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+    assert done.stderr == ""
+    assert done.stdout.startswith(f"usage: flintknap {verb or ''}".rstrip())
+    assert "\x1b" not in done.stdout
+    assert max(map(len, done.stdout.splitlines())) < 80
+    assert "Exit codes: 0;" in done.stdout
+    examples = done.stdout.split("\nexamples:\n")[1].split("\n\n")[0].splitlines()
+    assert len(examples) >= 2
+    assert any(f"flintknap {verb or 'replay'} " in example for example in examples)
+
+
+def test_the_help_names_every_layer_and_every_option():
+    done = subprocess.run(
+        [*COMMAND, "replay", "--help"], capture_output=True, text=True, check=True
+    )
+    listed = done.stdout.split("later ones over earlier ones:")[1]
+    for kind in layers.LAYERS:
+        assert re.search(rf"^  {kind}(:\w+)? ", listed, re.MULTILINE)
+    for graph in layers.NAMED_GRAPHS:
+        assert graph in listed
+
+
+def test_examples_of_the_help_work(tmp_path, asked):
+    """All of them that need no other program, as a shell runs them."""
+    (tmp_path / "log.jsonl.gz").write_bytes(gzip.compress(asked.read_bytes()))
+    (tmp_path / "points.csv").write_text("x,y\n0,0\n3,1\n1,2\n")
+    (tmp_path / "points.csv.gz").write_bytes(gzip.compress(b"x,y\n0,0\n3,1\n1,2\n"))
+    (tmp_path / "outline.geojson").write_text('{"type":"MultiPoint","coordinates":[[0,0],[1,2]]}')
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    (tools / "flintknap").symlink_to(Path(sys.executable).with_name("flintknap"))
+    (tools / "python").symlink_to(sys.executable)
+    environment = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}"}
+    seen = 0
+    for verb in ("replay", "convert", "info", "check"):
+        text = subprocess.run(
+            [*COMMAND, verb, "--help"], capture_output=True, text=True, check=True
+        )
+        for example in text.stdout.split("\nexamples:\n")[1].split("\n\n")[0].splitlines():
+            if any(
+                word in example for word in ("ffmpeg", "tail -f", "survey.parquet", "hull --json")
+            ):
+                continue
+            done = subprocess.run(
+                ["bash", "-o", "pipefail", "-c", example],
+                cwd=tmp_path,
+                env=environment,
+                capture_output=True,
+                check=False,
+            )
+            assert done.returncode == 0, (example, done.stderr)
+            seen += 1
+    assert seen == 13
+    assert (tmp_path / "growing.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_a_progress_bar_of_frames(tmp_path, asked):
+    ours, theirs = pty.openpty()
+    termios.tcsetwinsize(theirs, (24, 80))
+    command = [*COMMAND, "replay", str(asked), "--gif", str(tmp_path / "gif"), "--every", "2"]
+    subprocess.run(command, stdout=subprocess.PIPE, stderr=theirs, check=True)
+    os.close(theirs)
+    shown = os.read(ours, 1 << 16).decode()
+    os.close(ours)
+    assert re.search(r"\d/4 \[.*frame", shown)
+
+
+def test_no_colour_but_on_a_terminal(asked):
+    done = subprocess.run(
+        [*COMMAND, "replay", str(asked), "--json"], capture_output=True, text=True, check=True
+    )
+    refused = subprocess.run(
+        [*COMMAND, "replay", "--every", "x"], capture_output=True, text=True, check=False
+    )
+    assert "\x1b" not in done.stdout + done.stderr + refused.stderr
+    assert refused.returncode == 2
+
+
 def test_version():
     for command in (COMMAND, [str(Path(sys.executable).with_name("flintknap"))]):
         done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import UNSET
 
@@ -464,3 +464,47 @@ def test_progress_rises_to_the_size_of_the_file(tmp_path):
     replay(iter(GOOD), progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == len(GOOD)
+
+
+# ---------------------------------------------------------------------- frames
+@settings(deadline=None)  # a replay for each frame
+@given(
+    stamped.map(lambda them: [e for e in them if isinstance(e, Insert | Query)]),
+    st.integers(1, 70),
+    st.none() | times,
+    st.none() | st.sampled_from([1.0, 2.5]),
+)
+def test_frames_show_what_events_so_far_have_made(events, every, until, window):
+    kept = [event for event in events if until is None or event.t <= until]
+    seen, answers, expected = [], [], []
+
+    def frame(engines):
+        seen.append({name: engine.digest() for name, engine in engines.items()})
+
+    done = replay(
+        events, until=until, window=window, every=every, frame=frame, answer=answers.append
+    )
+    ends = [*range(every, len(kept) + 1, every)]
+    if len(kept) % every:
+        ends.append(len(kept))
+    assert seen == [digests(replay(kept[:end], window=window)) for end in ends]
+    whole = replay(kept, window=window, answer=expected.append)
+    assert digests(done) == digests(whole)
+    assert done.events == whole.events
+    assert answers == expected
+
+
+def test_frames_do_not_move_lines(tmp_path):
+    log.write(tmp_path / "it", GOOD)
+    with (tmp_path / "it").open("ab") as file:
+        file.write(b'{"op":"remove","t":0,"id":123456789}\n')
+    for every in (1, 7, 2000):
+        with pytest.raises(fk.LogError) as caught:
+            replay(tmp_path / "it", every=every)
+        assert caught.value.line == len(GOOD) + 2
+
+
+@pytest.mark.parametrize("every", [0, -3])
+def test_bad_frames(every):
+    with pytest.raises(fk.InputError, match=rf"^every: got {every}, expected 1 or more$"):
+        replay([], every=every)

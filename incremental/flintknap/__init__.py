@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from flintknap import reference
     from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
-    from flintknap.collision import Crossings, Held, Hit, Nearest
+    from flintknap.collision import Bounds, Crossings, Held, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
     from flintknap.flintstones import Approximation, Flintstones
@@ -29,6 +29,7 @@ __all__ = [
     "Approximation",
     "BezierCurve",
     "Boundary",
+    "Bounds",
     "Crossings",
     "Engine",
     "Flintstones",
@@ -46,7 +47,7 @@ __all__ = [
 
 _ROOMS = {
     "boundary": ["Boundary"],
-    "collision": ["Crossings", "Held", "Hit", "Nearest"],
+    "collision": ["Bounds", "Crossings", "Held", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],
     "flintstones": ["Approximation", "Flintstones"],

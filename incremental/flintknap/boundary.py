@@ -29,7 +29,8 @@ class Boundary(Polygonal):
             simple polygon through the others; "degenerate" if there is no polygon (fewer than three
             points, or all on a line), and then the ring is empty.
         inside: int64 (m,), the points that lie inside the ring instead of on it, by coordinates.
-        d: how far the gamma-graph was widened; 0.0 is the Delaunay triangulation.
+        d: how far the gamma-graph was widened: gamma([-1, 1], [d, 1]) has all sides; 0.0 is the
+            Delaunay triangulation.
     """
 
     ids: NDArray[np.int64]

@@ -1,7 +1,11 @@
-"""What collision queries return: the nearest point, the first hit, all crossings, who holds what.
+"""What collision queries return: the nearest point, the first hit, all crossings, bounds, holders.
 
 Of scalars, scalars; of arrays, arrays of their common shape. Edges are told by the ids of their
 ends, `start` and `stop`, counter-clockwise along the boundary.
+
+Asked with a level or a tolerance, queries answer from that approximation and its errors (section
+4.1), refine the tree only where the answer lies, and never contradict the exact answer: numbers
+come as Bounds, and yes or no as +1, certainly yes, -1, certainly no, or 0, not decided there.
 """
 
 from __future__ import annotations
@@ -15,10 +19,15 @@ if TYPE_CHECKING:
 
 
 class Nearest(NamedTuple):
-    """The point of the boundary that is nearest to a place.
+    """The point of the boundary that is nearest to a place: numbers, or arrays of places' shape.
 
-    ``x`` and ``y`` are its coordinates, ``distance`` that to the place. Of an object without a
-    boundary: nan, nan, inf, and -1 for both ids.
+    Attributes:
+        x: float64, its coordinates, in the unit of the input; nan where there is no boundary.
+        y: float64, the same.
+        distance: float64, from it to the place; inf where there is no boundary.
+        start: int64, the id at the beginning of the edge that it lies on; -1 where there is none.
+        stop: int64, the id at its end; -1 where there is none.
+
     """
 
     x: float | NDArray[np.float64]
@@ -29,9 +38,13 @@ class Nearest(NamedTuple):
 
 
 class Hit(NamedTuple):
-    """Where a segment first meets the boundary: at (1 - t) of its start and t of its end.
+    """Where a segment first meets the boundary: numbers, or arrays of the segments' shape.
 
-    ``t`` is nan, and both ids are -1, where it does not.
+    Attributes:
+        t: float64, from 0 at the segment's start to 1 at its end; nan where it meets nothing.
+        start: int64, the id at the beginning of the edge that is met; -1 where it meets nothing.
+        stop: int64, the id at its end; -1 where it meets nothing.
+
     """
 
     t: float | NDArray[np.float64]
@@ -39,12 +52,30 @@ class Hit(NamedTuple):
     stop: int | NDArray[np.int64]
 
 
+class Bounds(NamedTuple):
+    """What is known of a number: lower <= number <= upper, both rounded outward.
+
+    Each level's bounds of a distance to the boundary, or of a first hit, lie within those of the
+    level above. Within a tolerance the bounds of a distance differ by no more than twice that,
+    those of the clearance of two objects by no more than three times, but for rounding.
+    """
+
+    lower: float | NDArray[np.float64]
+    upper: float | NDArray[np.float64]
+
+
 class Crossings(NamedTuple):
     """The edges of the boundary that segments meet, one a row, sorted along each segment.
 
-    ``segment`` is the index of the segment, among those of the call if they are laid out in a
-    row; ``t`` where it first meets the edge. An edge that touches it, or overlaps with it, has a
-    row as well, and so have both edges at a vertex that it passes through.
+    An edge that touches a segment, or overlaps with it, has a row as well, and so have both edges
+    at a vertex that it passes through.
+
+    Attributes:
+        segment: int64 (m,), the index of the segment, among those of the call laid out in a row.
+        t: float64 (m,), where it first meets the edge: from 0 at its start to 1 at its end.
+        start: int64 (m,), the id at the beginning of the edge.
+        stop: int64 (m,), the id at its end.
+
     """
 
     segment: NDArray[np.int64]

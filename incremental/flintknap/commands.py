@@ -13,52 +13,68 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import msgspec
 import numpy as np
 from tqdm import tqdm
 
 from flintknap import convert as formats
-from flintknap import export, log
-from flintknap.errors import InvariantError
-from flintknap.log import replacing
+from flintknap import export, log, picture, svg
+from flintknap.errors import InputError, InvariantError
+from flintknap.log import filling, replacing
 from flintknap.replay import replay as replayed
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator, Sequence
+    from contextlib import AbstractContextManager
 
+    from flintknap.animation import Camera
     from flintknap.events import Answer, Contact, Event, Insert
     from flintknap.replay import Replay
+
+STANDARD = Path("-")  # output, as the name of a file
+PNG_SIZE = 2000  # pixels of its longer side, and the margins
 
 
 def replay(options: argparse.Namespace) -> int:
     """Apply a log; print answers and, with --json, the summary; write pictures and polygons."""
-    draw = partial(export.svg, level=options.level, tolerance=options.tolerance)
+    chosen = {"until": options.until, "object": options.object}
+    is_alone = STANDARD in (options.svg, options.png, options.gif, options.geojson)
+    if options.png or options.gif or options.frames:
+        _require_plot()
     with ExitStack() as files:
-        # Opened first: what cannot be written should not cost a replay.
+        # Opened first: what cannot be written, or drawn, should not cost a replay.
         outputs = [
-            (files.enter_context(replacing(path)), exported)
-            for path, exported in ((options.svg, draw), (options.geojson, export.geojson))
+            (files.enter_context(_output(path)), made)
+            for path, made in (
+                (options.svg, partial(_svg, layers=options.layers)),
+                (options.png, partial(_png, layers=options.layers)),
+                (options.geojson, _geojson),
+            )
             if path is not None
         ]
+        camera = _camera(options, chosen, files)
         started = time.perf_counter()
-        with _bar(options.log) as progress:
+        bar = _bar(*_size(options.log)) if camera is None else _bar(camera.frames, "frame")
+        with bar as progress:
             done = replayed(
                 options.log,
-                until=options.until,
-                object=options.object,
+                **chosen,
                 window=options.window,
-                answer=_print_event,
+                answer=_ignore if is_alone else _print_event,
                 contact=_print_event if options.collisions else None,
-                progress=progress,
+                **({"progress": progress} if camera is None else camera.hooks(progress)),
             )
             for engine in done.engines.values():
                 engine.boundary()
-        seconds = time.perf_counter() - started
-        for file, exported in outputs:
-            file.write(exported(done.engines).encode())
+        seconds = time.perf_counter() - started - (camera.seconds if camera else 0)
+        for file, made in outputs:
+            file.write(made(done))
+            file.flush()  # what cannot be written should not come after the summary
+        if camera is not None:
+            camera.finish(done.engines)
         summary = _summary(done, options.window, seconds)
         if options.json:
             _print(summary)
@@ -96,7 +112,7 @@ def info(options: argparse.Namespace) -> int:
             kinds = events.setdefault(event.object, Counter())
             kinds[type(event).__name__.lower()] += 1
 
-    with _bar(options.log) as progress:
+    with _bar(*_size(options.log)) as progress:
         done = replayed(options.log, progress=progress, applied=applied)
     objects: list[dict[str, Any]] = []
     for name, engine in done.engines.items():
@@ -126,7 +142,7 @@ def info(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Replay a log and verify every law of every engine; print a line for each object."""
-    with _bar(options.log) as progress:
+    with _bar(*_size(options.log)) as progress:
         done = replayed(options.log, progress=progress)
     broken = 0
     for name, engine in done.engines.items():
@@ -140,17 +156,65 @@ def check(options: argparse.Namespace) -> int:
     return 1 if broken else 0
 
 
+def _require_plot() -> None:
+    try:
+        import flintknap.plot  # noqa: F401
+    except ImportError as error:
+        raise InputError(str(error)) from None
+
+
+def _svg(done: Replay, *, layers: str | None) -> bytes:
+    return svg.draw(done.engines, layers).encode()
+
+
+def _png(done: Replay, *, layers: str | None) -> bytes:
+    from flintknap import plot
+
+    return plot.png(picture.compose(done.engines, layers), PNG_SIZE)
+
+
+def _geojson(done: Replay) -> bytes:
+    return export.geojson(done.engines).encode()
+
+
+def _camera(options: argparse.Namespace, chosen: dict[str, Any], files: ExitStack) -> Camera | None:
+    """Return what takes the frames that are asked for; the log is looked through for it."""
+    if not options.gif and not options.frames:
+        return None
+    from flintknap import animation
+
+    gif = files.enter_context(_output(options.gif)) if options.gif else None
+    folder = files.enter_context(filling(options.frames)) if options.frames else None
+    with _bar(*_size(options.log)) as progress:
+        survey = animation.survey(options.log, **chosen, progress=progress)
+    return animation.Camera(survey, options.every, options.layers, gif, folder)
+
+
+def _output(path: Path) -> AbstractContextManager[BinaryIO]:
+    # Standard output may be unbuffered, and then would take a part of a picture for the whole.
+    return open(1, "wb", closefd=False) if path == STANDARD else replacing(path)
+
+
 @contextmanager
-def _bar(path: str) -> Iterator[Callable[[int], Any]]:
-    """Show how far a log was read, on a terminal only."""
+def _bar(total: int | None, unit: str) -> Iterator[Callable[[int], Any]]:
+    """Show how much of something is done, on a terminal only."""
     with tqdm(
-        total=None if path == "-" else Path(path).stat().st_size,
-        unit="B",
-        unit_scale=True,
+        total=total,
+        unit=unit,
+        unit_scale=unit == "B",
         leave=False,
         disable=not sys.stderr.isatty(),
     ) as bar:
         yield lambda position: bar.update(position - bar.n)
+
+
+def _size(log: str) -> tuple[int | None, str]:
+    """Return how many bytes there are to read, if that is known."""
+    return None if log == "-" else Path(log).stat().st_size, "B"
+
+
+def _ignore(_: object) -> None:
+    """Do nothing with what is told."""
 
 
 def _print_event(event: Answer | Contact) -> None:

@@ -25,12 +25,14 @@ import numpy as np
 from flintknap import gamma, inputs, smooth
 from flintknap._kernel import Kernel
 from flintknap.boundary import Boundary
-from flintknap.collision import Crossings, Hit, Nearest, shaped
+from flintknap.collision import Bounds, Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError, InvariantError
 from flintknap.flintstones import Approximation, Flintstones, flintstones
 from flintknap.widening import gamma_of, least_cotangent
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap.boundary import Status
@@ -42,9 +44,19 @@ _LARGEST_ID = 2**63 - 1
 class Engine:
     """A planar object, known by points on its boundary.
 
-    Where constriction of the Delaunay triangulation would leave points inside, wider gamma-graphs
-    are used, as wide as needed, to gamma([-1, 1], [d_min, 1]) at most (section 3.1). -1 sets no
-    bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+    Where constriction of the Delaunay triangulation would leave points inside, sides of the wider
+    gamma-graph([-1, 1], [d_min, 1]) are used, those with small discs first (section 3.1). -1 sets
+    no bound; 0 leaves the Delaunay triangulation as it is. Raises InputError for other values.
+
+    >>> engine = Engine()
+    >>> engine.insert([0.0, 4.0, 4.0, 0.0], [0.0, 0.0, 3.0, 3.0]).tolist()  # a rectangle
+    [0, 1, 2, 3]
+    >>> engine.insert(2.0, 1.0)  # a notch
+    4
+    >>> engine.boundary().ids.tolist()
+    [0, 4, 1, 2, 3]
+    >>> engine.side(2.0, 0.5), engine.distance(2.0, 0.0)
+    (-1, 0.8944271909999159)
     """
 
     def __init__(self, d_min: float = -1.0) -> None:
@@ -55,7 +67,7 @@ class Engine:
 
     @property
     def d_min(self) -> float:
-        """How far the gamma-graph may be widened."""
+        """How far the gamma-graph may be widened (section 3.1)."""
         return self._kernel.d_min()
 
     # ------------------------------------------------------------------ points
@@ -191,6 +203,8 @@ class Engine:
         more. ``degree`` 3 is G1 at every vertex. Degree 2 is the curve of parabolas that touch the
         tangents, which hardly any polygon has that is not convex: InputError names the vertices
         where there is none. O(n) after a change, O(1) if none.
+
+        Raises InputError for other weights and degrees, and as approximate does.
         """
         if level is not None or tolerance is not None:
             cut = self.approximate(level=level, tolerance=tolerance)
@@ -205,13 +219,25 @@ class Engine:
         return self._smooth[1]
 
     @overload
-    def side(self, x: float, y: float, *, level: int | None = None) -> int: ...
+    def side(
+        self, x: float, y: float, *, level: int | None = None, tolerance: float | None = None
+    ) -> int: ...
     @overload
     def side(
-        self, x: ArrayLike, y: ArrayLike | None = None, *, level: int | None = None
+        self,
+        x: ArrayLike,
+        y: ArrayLike | None = None,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
     ) -> int | NDArray[np.int8]: ...
     def side(
-        self, x: ArrayLike, y: ArrayLike | None = None, *, level: int | None = None
+        self,
+        x: ArrayLike,
+        y: ArrayLike | None = None,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
     ) -> int | NDArray[np.int8]:
         """Tell where places lie: +1 inside the object, 0 on its boundary, -1 outside. Exact.
 
@@ -219,16 +245,18 @@ class Engine:
         degenerate object has no boundary and no inside: -1 everywhere. O(log n) a place on curves;
         on rings as crooked as can be, a few times that (theory.md, section 4).
 
-        With a ``level``, from the approximation of that level and its Flintstones (section 4.1):
-        +1 and -1 where they are certain, 0 in a Flintstone of the level that lies in Flintstones
-        of all levels above. The tree is refined along the way of each place only.
+        With a ``level`` or a ``tolerance``, as far as that approximation tells (section 4.1): +1
+        and -1 where they are certain, 0 where the place is no farther from one of its edges than
+        the boundary behind it, and so on all levels above; with a level, in their Flintstones, too.
+        Within a tolerance that means a place no farther from the boundary than twice that. The tree
+        is refined along the way of each place only.
 
-        Raises InputError naming the first row at fault, or for a bad level.
+        Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
-        if level is not None:
+        if level is not None or tolerance is not None:
             xs, ys = inputs.pairs(x, y)
-            answers = self._kernel.side_at_level(xs.ravel(), ys.ravel(), inputs.level(level))
-            return int(answers[0]) if xs.ndim == 0 else answers.reshape(xs.shape)
+            cut = inputs.cut(level, tolerance)
+            return _answers(self._kernel.side_at(xs.ravel(), ys.ravel(), *cut), xs.shape)
         if isinstance(x, float) and isinstance(y, float):
             side = self._kernel.side(x, y)
             if side > 1:
@@ -244,7 +272,10 @@ class Engine:
     @overload
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]: ...
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]:
-        """Tell which places belong to the closed object: side(x, y) >= 0."""
+        """Tell which places belong to the closed object: side(x, y) >= 0.
+
+        A bool for two numbers, else bool of the common shape. Cost and errors as of side.
+        """
         if isinstance(x, float) and isinstance(y, float):
             side = self._kernel.side(x, y)
             if side <= 1:
@@ -257,13 +288,15 @@ class Engine:
     ) -> Approximation:
         """Return a polygon through some vertices of the boundary (section 4.1).
 
-        With a ``level``: the vertices of all levels down to it, so that each level has those of the
-        level before; two on level 0, at most twice as many on the next. With a ``tolerance``: edges
-        are split only while the boundary strays farther than that, in the unit of the input.
+        With a ``level``: the vertices of all levels of the tree of Flintstones down to it, so that
+        each level has those of the level before; two on level 0, at most twice as many on the next.
+        With a ``tolerance``: few vertices that keep it. From the vertices of level 0 on, an edge is
+        split, where the boundary strays farthest from it, only while that is farther than the
+        tolerance, in the unit of the input. So a smaller tolerance has the vertices of a larger.
 
-        A degenerate object has no vertices. The tree is refined as far as the answer needs, once:
-        a search for each edge that is reached for the first time, at worst as long as the stretch
-        of the boundary behind it; then O(1) an edge.
+        A degenerate object has no vertices. Either tree is refined as far as the answer needs,
+        once: a search for each edge that is reached for the first time, at worst as long as the
+        stretch of the boundary behind it; then O(1) an edge.
 
         Raises InputError unless one of the two is given, the level an integer, neither negative.
         """
@@ -273,10 +306,11 @@ class Engine:
         return Approximation(ids, xy, error, deepest)
 
     def localize(self, *, level: int | None = None, tolerance: float | None = None) -> Flintstones:
-        """Return the Flintstones of an approximation's edges: areas that hold the boundary.
+        """Return Flintstones: areas that together hold the boundary (section 4.1).
 
-        Arguments, errors and cost are those of approximate, of which row k is about edge k. The
-        Flintstone of an edge of the boundary is the edge itself (section 4.1).
+        Arguments, errors and cost are those of approximate. With a ``level``, row k is about edge k
+        of that approximation; with a ``tolerance``, the tree of Flintstones is cut where edges keep
+        it, which takes more of them. The Flintstone of an edge of the boundary is the edge itself.
         """
         ids, ends, seen = self._kernel.localize(*inputs.cut(level, tolerance))
         return flintstones(ids, ends.reshape(-1, 2, 2), seen)
@@ -294,16 +328,18 @@ class Engine:
     def levels(self) -> int:
         """The deepest level that queries have reached so far; 0 before any.
 
-        Changes may take levels back. See level_for(0.0) for the depth of the whole tree.
+        Of the tree of Flintstones. Changes may take levels back. See level_for(0.0) for the depth
+        of the whole tree.
         """
         return self._kernel.refined()[1]
 
     @property
     def refined(self) -> int:
-        """How many nodes the tree has so far: the base, and one for each vertex below level 0.
+        """How many nodes the trees have so far: the base, and one for each vertex below level 0.
 
         Nodes exist where a query has reached them; changes take away those that are no longer what
-        they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all.
+        they were. At most 2**(l + 1) - 1 down to level l, at most n - 1 in all, in the tree of
+        Flintstones, whose levels these are, and as many in the one that tolerances ask for.
         """
         return self._kernel.refined()[0]
 
@@ -312,14 +348,32 @@ class Engine:
     def distance(self, x: float, y: float) -> float: ...
     @overload
     def distance(self, x: ArrayLike, y: ArrayLike | None = None) -> float | NDArray[np.float64]: ...
-    def distance(self, x: ArrayLike, y: ArrayLike | None = None) -> float | NDArray[np.float64]:
+    @overload
+    def distance(self, x: ArrayLike, y: ArrayLike | None = None, *, level: int) -> Bounds: ...
+    @overload
+    def distance(self, x: ArrayLike, y: ArrayLike | None = None, *, tolerance: float) -> Bounds: ...
+    def distance(
+        self,
+        x: ArrayLike,
+        y: ArrayLike | None = None,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+    ) -> float | NDArray[np.float64] | Bounds:
         """Return how far places are from the boundary, inside or outside: 0.0 on it.
 
         Numbers or arrays, as in insert; within 0.51 ulp of the exact distance, in the unit of the
         input. inf for a degenerate object. O(log n) a place, unless many edges are equally far.
 
-        Raises InputError naming the first row at fault.
+        With a ``level`` or a ``tolerance``: Bounds, as far as that approximation tells.
+
+        Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
+        if level is not None or tolerance is not None:
+            xs, ys = inputs.pairs(x, y)
+            cut = inputs.cut(level, tolerance)
+            found = self._kernel.distance_at(xs.ravel(), ys.ravel(), *cut)
+            return Bounds(*shaped(found, xs.shape))
         if isinstance(x, float) and isinstance(y, float):
             return self._kernel.distance(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
         xs, ys = inputs.pairs(x, y)
@@ -345,17 +399,40 @@ class Engine:
     def intersects(
         self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
     ) -> bool | NDArray[np.bool_]: ...
+    @overload
     def intersects(
-        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
-    ) -> bool | NDArray[np.bool_]:
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, level: int
+    ) -> int | NDArray[np.int8]: ...
+    @overload
+    def intersects(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, tolerance: float
+    ) -> int | NDArray[np.int8]: ...
+    def intersects(
+        self,
+        x0: ArrayLike,
+        y0: ArrayLike,
+        x1: ArrayLike,
+        y1: ArrayLike,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+    ) -> bool | NDArray[np.bool_] | int | NDArray[np.int8]:
         """Tell which closed segments from (x0, y0) to (x1, y1) meet the boundary. Exact.
 
         Numbers, or arrays that broadcast. Touching counts; a segment may be a single point. False
         for a degenerate object. O(log n) and the boxes of the boundary that the segment meets.
 
-        Raises InputError naming the first row at fault.
+        With a ``level`` or a ``tolerance``, as far as that approximation tells: +1 yes, -1 no, 0
+        not decided; an int for numbers, else int8.
+
+        Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
         ends = inputs.segments(x0, y0, x1, y1)
+        if level is not None or tolerance is not None:
+            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
+            cut = inputs.cut(level, tolerance)
+            told = self._kernel.intersects_at(x0s, y0s, x1s, y1s, *cut)
+            return _answers(told, ends[0].shape)
         if ends[0].ndim == 0:
             return self._kernel.intersects(*map(float, ends))
         found = self._kernel.intersects_many(*(each.ravel() for each in ends))
@@ -367,26 +444,74 @@ class Engine:
     def contains_segment(
         self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
     ) -> bool | NDArray[np.bool_]: ...
+    @overload
     def contains_segment(
-        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike
-    ) -> bool | NDArray[np.bool_]:
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, level: int
+    ) -> int | NDArray[np.int8]: ...
+    @overload
+    def contains_segment(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, tolerance: float
+    ) -> int | NDArray[np.int8]: ...
+    def contains_segment(
+        self,
+        x0: ArrayLike,
+        y0: ArrayLike,
+        x1: ArrayLike,
+        y1: ArrayLike,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+    ) -> bool | NDArray[np.bool_] | int | NDArray[np.int8]:
         """Tell which segments lie wholly in the closed object: they may run along its boundary.
 
-        Exact. Arguments, cost and errors as of intersects.
+        Exact. Arguments, cost and errors as of intersects, with a level or a tolerance as well.
         """
         ends = inputs.segments(x0, y0, x1, y1)
+        if level is not None or tolerance is not None:
+            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
+            cut = inputs.cut(level, tolerance)
+            told = self._kernel.holds_at(x0s, y0s, x1s, y1s, *cut)
+            return _answers(told, ends[0].shape)
         if ends[0].ndim == 0:
             return self._kernel.holds(*map(float, ends))
         found = self._kernel.holds_many(*(each.ravel() for each in ends))
         return found.view(np.bool_).reshape(ends[0].shape)
 
-    def first_hit(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Hit:
+    @overload
+    def first_hit(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Hit: ...
+    @overload
+    def first_hit(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, level: int
+    ) -> Bounds: ...
+    @overload
+    def first_hit(
+        self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, tolerance: float
+    ) -> Bounds: ...
+    def first_hit(
+        self,
+        x0: ArrayLike,
+        y0: ArrayLike,
+        x1: ArrayLike,
+        y1: ArrayLike,
+        *,
+        level: int | None = None,
+        tolerance: float | None = None,
+    ) -> Hit | Bounds:
         """Return where segments first meet the boundary on their way from (x0, y0).
 
         The parameter t in [0, 1] is correctly rounded; of edges with the same one, that whose
         start has the smaller coordinates. Arguments, cost and errors as of intersects.
+
+        With a ``level`` or a ``tolerance``: Bounds of t, as far as that approximation tells, inf
+        standing for no hit. So the way is free up to the lower one, and if that is inf, to the end;
+        if only the upper one is, it is not decided whether there is a hit.
         """
         ends = inputs.segments(x0, y0, x1, y1)
+        if level is not None or tolerance is not None:
+            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
+            cut = inputs.cut(level, tolerance)
+            found = self._kernel.first_hit_at(x0s, y0s, x1s, y1s, *cut)
+            return Bounds(*shaped(found, ends[0].shape))
         hits = self._kernel.first_hit(*(each.ravel() for each in ends))
         return Hit(*shaped(hits, ends[0].shape))
 
@@ -399,30 +524,68 @@ class Engine:
         ends = inputs.segments(x0, y0, x1, y1)
         return Crossings(*self._kernel.crossings(*(each.ravel() for each in ends)))
 
-    def collides(self, other: Engine) -> bool:
+    @overload
+    def collides(self, other: Engine) -> bool: ...
+    @overload
+    def collides(self, other: Engine, *, level: int) -> int: ...
+    @overload
+    def collides(self, other: Engine, *, tolerance: float) -> int: ...
+    def collides(
+        self, other: Engine, *, level: int | None = None, tolerance: float | None = None
+    ) -> bool | int:
         """Tell whether the two closed objects have a point in common: touching counts. Exact.
 
         False if one is degenerate. O(log n) and the pairs of boxes of their boundaries that meet.
+
+        With a ``level`` or a ``tolerance``, as far as these approximations of both tell: +1 yes,
+        -1 no, 0 not decided.
+
+        Raises InputError for a bad level or tolerance.
         """
+        if level is not None or tolerance is not None:
+            return self._kernel.collides_at(other._kernel, *inputs.cut(level, tolerance))
         return self._kernel.collides(other._kernel)
 
     @overload
     def clearance(self, other: Engine) -> float: ...
     @overload
     def clearance(self, other: Engine, *, at_least: float) -> bool: ...
-    def clearance(self, other: Engine, *, at_least: float | None = None) -> float | bool:
+    @overload
+    def clearance(self, other: Engine, *, level: int) -> Bounds: ...
+    @overload
+    def clearance(self, other: Engine, *, tolerance: float) -> Bounds: ...
+    @overload
+    def clearance(self, other: Engine, *, at_least: float, level: int) -> int: ...
+    @overload
+    def clearance(self, other: Engine, *, at_least: float, tolerance: float) -> int: ...
+    def clearance(
+        self,
+        other: Engine,
+        *,
+        at_least: float | None = None,
+        level: int | None = None,
+        tolerance: float | None = None,
+    ) -> float | bool | Bounds | int:
         """Return how far apart the two closed objects are: 0.0 if they collide.
 
         Within 0.51 ulp of the exact distance; inf if one is degenerate. With ``at_least``, tell
         whether it is that or more, which may need far less work: O(log n) and the pairs of boxes
         no farther apart.
 
-        Raises InputError unless ``at_least`` is a finite number.
+        With a ``level`` or a ``tolerance``, as far as these approximations of both tell: Bounds, or
+        with ``at_least`` +1 yes, -1 no, 0 not decided.
+
+        Raises InputError unless ``at_least`` is a finite number, or for a bad level or tolerance.
         """
+        if at_least is not None and not math.isfinite(at_least):
+            raise InputError(f"at_least: got {at_least!r}, expected a finite number")
+        if level is not None or tolerance is not None:
+            cut = inputs.cut(level, tolerance)
+            if at_least is None:
+                return Bounds(*self._kernel.clearance_at(other._kernel, *cut))
+            return self._kernel.is_clear_at(other._kernel, at_least, *cut)
         if at_least is None:
             return self._kernel.clearance(other._kernel)
-        if not math.isfinite(at_least):
-            raise InputError(f"at_least: got {at_least!r}, expected a finite number")
         return self._kernel.is_clear(other._kernel, at_least)
 
     # ------------------------------------------------------------------ the gamma-graph
@@ -449,6 +612,11 @@ class Engine:
         between.
 
         Raises InputError for other names and intervals, for both and for neither.
+
+        >>> engine = Engine()
+        >>> ids = engine.insert([0.0, 4.0, 2.0], [0.0, 0.0, 1.0])  # obtuse at 2
+        >>> engine.edges("gabriel").tolist(), len(engine.edges("delaunay"))
+        ([[0, 2], [1, 2]], 3)
         """
         (low0, high0), (low1, high1) = gamma.intervals(graph, gamma0, gamma1)
         return self._kernel.edges(low0, high0, low1, high1)
@@ -459,7 +627,7 @@ class Engine:
         """Return (gamma0, gamma1) of pairs of points (section 2.1).
 
         ``a`` and ``b`` are ids or arrays of ids that broadcast; floats for two ids, else float64 of
-        the common shape. |gamma0| <= |gamma1|, each in [-1, 1]; gamma1 >= 0 just for pairs that
+        the common shape. ``|gamma0| <= |gamma1|``, each in [-1, 1]; gamma1 >= 0 just for pairs that
         some disc with no point inside joins, 1 just for empty sides. A pair with a point between
         has no values: (nan, nan). O(degree of a) for an edge of the triangulation, else O(triangles
         between a and b).
@@ -493,6 +661,35 @@ class Engine:
         turned = (first[:, np.newaxis] + np.arange(3)) % 3
         rows = np.take_along_axis(rows, turned, axis=1)
         return rows[np.lexsort(rows.T[::-1])]
+
+    # ------------------------------------------------------------------ pictures
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        layers: str | None = None,
+        color: ColorType | None = None,
+        label: str | None = None,
+    ) -> Axes:
+        """Draw layers of the object on axes of matplotlib, as Boundary.plot does.
+
+        ``layers`` is a list such as "points,graph:gabriel,boundary,flintstones:4,smooth", later
+        ones over earlier ones; `flintknap replay --help` has them all. If left out, the boundary,
+        and the points where they are not crowded. Costs what these questions cost.
+
+        Raises InputError for what is no list of layers, ImportError where matplotlib is not
+        installed: `pip install 'flintknap[plot]'`.
+        """
+        from flintknap import picture, plot
+
+        (group,) = picture.compose({"": self}, layers).groups
+        return plot.plot(ax, group.marks, color, label)
+
+    def to_svg(self, layers: str | None = None) -> str:
+        """Return a picture of layers of the object, chosen as in plot, for light and dark pages."""
+        from flintknap import svg
+
+        return svg.draw({"object": self}, layers)
 
     # ------------------------------------------------------------------ verification
     def digest(self) -> str:
@@ -552,3 +749,7 @@ class Engine:
 
     def _known(self, ids: ArrayLike, name: str) -> NDArray[np.int64]:
         return inputs.identifiers(ids, name, lambda i: self._kernel.multiplicity(i.ravel()) == 0)
+
+
+def _answers(told: NDArray[np.int8], shape: tuple[int, ...]) -> int | NDArray[np.int8]:
+    return told.reshape(shape) if shape else int(told[0])

@@ -25,7 +25,7 @@ Kind = Literal["side", "contains"]
 
 
 class Header(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The first line."""
+    """The first line: the ``format`` and its ``version``."""
 
     format: Literal["flintknap"]
     version: Literal[1]
@@ -36,7 +36,7 @@ class _Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True, gc=False)
 
 
 class Insert(_Record, tag_field="op", tag="insert", frozen=True, kw_only=True):
-    """At time ``t`` a point (x, y) on the boundary of the object was seen."""
+    """At time ``t`` a point (``x``, ``y``) on the boundary of the ``object`` was seen."""
 
     t: float
     object: str = "object"
@@ -45,7 +45,10 @@ class Insert(_Record, tag_field="op", tag="insert", frozen=True, kw_only=True):
 
 
 class Remove(_Record, tag_field="op", tag="remove", frozen=True, kw_only=True):
-    """At time ``t`` a point was taken back: that with the ``id``, or else that at (x, y)."""
+    """At time ``t`` a point of the ``object`` was taken back.
+
+    That with the ``id``, or else that at (``x``, ``y``).
+    """
 
     t: float
     object: str = "object"
@@ -67,7 +70,7 @@ class Remove(_Record, tag_field="op", tag="remove", frozen=True, kw_only=True):
 
 
 class Move(_Record, tag_field="op", tag="move", frozen=True, kw_only=True):
-    """At time ``t`` the point with the ``id`` was seen at (x, y)."""
+    """At time ``t`` the point of the ``object`` with the ``id`` was seen at (``x``, ``y``)."""
 
     t: float
     object: str = "object"
@@ -77,9 +80,10 @@ class Move(_Record, tag_field="op", tag="move", frozen=True, kw_only=True):
 
 
 class Query(_Record, tag_field="op", tag="query", frozen=True, kw_only=True):
-    """Ask the object, as of this line, for `Engine.side` or `Engine.contains` of (x, y).
+    """At time ``t`` the ``object``, as of this line, is asked about the place (``x``, ``y``).
 
-    With a ``level``, which only "side" has, for the side as far as that level tells.
+    ``kind`` is "side" or "contains", as of Engine; with a ``level``, which only "side" has, it is
+    the side as far as that level tells.
     """
 
     t: float
@@ -95,7 +99,11 @@ class Query(_Record, tag_field="op", tag="query", frozen=True, kw_only=True):
 
 
 class Answer(_Record, frozen=True, kw_only=True):
-    """What the engine said to a query: -1, 0 or 1 for "side", true or false for "contains"."""
+    """What the engine said to a query, of which all fields are repeated.
+
+    ``t``, ``object``, ``kind``, (``x``, ``y``) and ``level`` are those of the query; ``answer`` is
+    -1, 0 or 1 for "side", true or false for "contains".
+    """
 
     t: float
     object: str
@@ -107,7 +115,10 @@ class Answer(_Record, frozen=True, kw_only=True):
 
 
 class Contact(_Record, frozen=True, kw_only=True):
-    """By time ``t`` two objects, in the order of their names, began or ceased to collide."""
+    """By time ``t`` two objects began to collide, or ceased to.
+
+    ``contact`` is "begin" or "end", ``objects`` are their two names, sorted.
+    """
 
     t: float
     contact: Literal["begin", "end"]

@@ -1,9 +1,10 @@
-"""What the tree of Flintstones returns: approximations, and areas that hold the boundary.
+"""What trees over the boundary return: approximations, and areas that hold the boundary.
 
-Both belong to a cut through the tree (section 4.1): all its edges of one level, or those that were
-not worth splitting because they keep a tolerance. Row k of the one and of the other are about the
-same edge: from the k-th vertex of the approximation to the next, in place of a polyline, the
-stretch of the boundary from the one to the other.
+Both belong to a cut through a tree (section 4.1): all its edges of one level, or those that were
+not worth splitting because they keep a tolerance. An edge stands for a polyline, the stretch of the
+boundary from its one end to the other. On a level, row k of the one and of the other are about the
+same edge. Within a tolerance, approximations have a tree of their own, split where the boundary
+strays farthest, which needs fewer vertices, but whose polylines have no Flintstones.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import numpy as np
 from flintknap import inputs
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     Doubles = NDArray[np.float64]
@@ -39,7 +42,7 @@ class Approximation:
         error: float64 (n,), for each edge the largest distance of the boundary between its ends
             from it, rounded up: no smaller double bounds it. Distances below 1e-70 but not 0
             count as 1e-70.
-        level: the deepest level of which it has a vertex.
+        level: the deepest level of which it has a vertex, in its tree.
     """
 
     ids: NDArray[np.int64]
@@ -53,6 +56,14 @@ class Approximation:
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         return np.array(self.xy, dtype=dtype, copy=copy)
 
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw edges and vertices on axes, as Boundary.plot does. O(n)."""
+        from flintknap import picture, plot
+
+        return plot.plot(ax, picture.approximation(self.xy), color, label)
+
     @property
     def largest_error(self) -> float:
         """How far the boundary strays from the approximation at most. O(n)."""
@@ -61,7 +72,7 @@ class Approximation:
 
 @dataclass(frozen=True, eq=False)
 class Flintstones:
-    """Areas that hold the boundary, one for each edge of an approximation (section 4.1).
+    """Areas that hold the boundary, one for each edge of a cut (section 4.1).
 
     Arrays are read-only. A Flintstone is what two discs through the ends of a chord have in common;
     [k, 0] is about the disc that bounds it on the left of chord k, [k, 1] about that on the right.
@@ -122,6 +133,14 @@ class Flintstones:
             room = slack + np.abs(cot) * (unsure + 16 * _UNIT * height)
             inside |= is_disc & (sign * cross >= -unsure) & (dot <= cot * height + room)
         return inside
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw the areas on axes, as Boundary.plot does. O(m)."""
+        from flintknap import picture, plot
+
+        return plot.plot(ax, [picture.Mark("stones", picture.Lenses(self))], color, label)
 
 
 def flintstones(ids: NDArray[np.int64], chord: Doubles, seen: Doubles) -> Flintstones:

@@ -7,8 +7,8 @@ as the vertices do. With fewer than three vertices it is an empty Polygon.
 Coordinates leave as they are: every format holds them bit for bit, and none names a coordinate
 system, for nobody told one. (`docs/formats.md`: what to do about longitude and latitude.)
 
-Cost: O(n) each. shapely is imported where it is asked for, and is the only thing that may not be
-there.
+Cost: O(n) each. shapely and matplotlib are imported where they are asked for, and are all that may
+not be there.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import DTypeLike, NDArray
     from shapely import Polygon
 
@@ -92,6 +94,20 @@ class Polygonal:
             shapely.GeometryType.POLYGON, ring, (np.array(rings), np.array([0, len(rings) - 1]))
         )
         return polygon
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw the polygon on axes of matplotlib, pyplot's current ones if none, and return them.
+
+        Lines and colours suit the axes' background, light or dark; ``color`` takes their place,
+        ``label`` goes to the legend. Axes get equal scales. O(n).
+
+        Raises ImportError where matplotlib is not installed: `pip install 'flintknap[plot]'`.
+        """
+        from flintknap import picture, plot
+
+        return plot.plot(ax, [picture.Mark("area", picture.Polygon(self.xy))], color, label)
 
     def _ring(self) -> NDArray[np.float64]:
         """Return the vertices with the first one repeated; none if there is no polygon."""

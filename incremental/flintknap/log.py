@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import shutil
 import sys
 import zlib
 from contextlib import contextmanager, nullcontext
@@ -46,11 +47,18 @@ _event = msgspec.json.Decoder(Event)
 
 
 class Block(NamedTuple):
-    """Consecutive events of a log."""
+    """Consecutive events of a log.
 
-    line: int  # where the first of them stands, counted from 1
+    Attributes:
+        line: where the first of them stands, counted from 1.
+        events: as they stand there.
+        position: bytes of the file read so far; of the text, if it comes through a pipe.
+
+    """
+
+    line: int
     events: list[Event]
-    position: int  # bytes of the file read so far; of the text, if it comes through a pipe
+    position: int
 
 
 def name(path: str | os.PathLike[str]) -> str:
@@ -120,6 +128,27 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def filling(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Make a folder that takes the place of ``path`` if all goes well, and else leaves no trace.
+
+    Raises InputError if there is something already, other than an empty folder.
+    """
+    target = Path(path).resolve()
+    if target.exists() and not (target.is_dir() and next(target.iterdir(), None) is None):
+        raise InputError(f"{path}: got what is there already, expected a new or an empty folder")
+    temporary = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        temporary.mkdir()
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    try:
+        yield temporary
+        temporary.replace(target)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _lines(file: BufferedReader, file_name: str) -> Iterator[tuple[int, list[bytes], int]]:

@@ -33,7 +33,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from msgspec import UnsetType
@@ -47,7 +47,7 @@ from flintknap.scene import Scene
 from flintknap.window import Window
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 BATCH = 2048  # events of an iterable that are applied at once
 FEW = 8  # inserts below which a call for each costs less than arrays do
@@ -75,6 +75,14 @@ class Replay:
     def scene(self) -> Scene:
         """All objects in one plane."""
         return Scene(self.engines)
+
+
+class _Piece(NamedTuple):
+    """Events of a block that are not passed over, and where they stand in it."""
+
+    block: Block
+    rows: Sequence[int]
+    events: list[Event]
 
 
 class _AbsentError(InputError):
@@ -198,6 +206,8 @@ def replay(
     progress: Callable[[int], Any] = lambda _: None,
     contact: Callable[[Contact], Any] | None = None,
     applied: Callable[[Sequence[Event]], Any] = lambda _: None,
+    every: int | None = None,
+    frame: Callable[[Mapping[str, Engine]], Any] = lambda _: None,
 ) -> Replay:
     """Apply a log, given by its path ("-" is standard input), or any events.
 
@@ -206,33 +216,42 @@ def replay(
     in order, before later events are applied; ``progress`` now and then with the bytes read so far
     (of an iterable: the events). ``contact`` is called with every pair of objects that begins or
     ceases to collide, as of all events up to the next one with another time;
-    ``applied`` with events after they were applied, block by block.
+    ``applied`` with events after they were applied, block by block; ``frame`` with the engines
+    after so many events as ``every`` says, again and again, and at the end if events are left.
 
     Raises LogError (of an iterable: InputError with the index in ``row``) for the first event at
-    fault, InputError for an ``object`` without events or a bad ``window``, OSError where a file
-    cannot be read.
+    fault, InputError for an ``object`` without events, a bad ``window`` or ``every``, OSError where
+    a file cannot be read.
     """
     if isinstance(source, str | os.PathLike):
         file, blocks = log.name(source), log.read(source)
     else:
         file, blocks = None, _batches(source)
+    if every is not None and every < 1:
+        raise InputError(f"every: got {every}, expected 1 or more")
     _Object(window)  # refuses a bad window, whatever the events
     objects: defaultdict[str, _Object] = defaultdict(lambda: _Object(window))
     watch = None if contact is None else _Watch(objects, contact)
     mentioned: dict[str, None] = {}
-    for block in blocks:
-        events = block.events
-        rows: Sequence[int] = range(len(events))
-        if object is not None:
-            mentioned.update(dict.fromkeys(event.object for event in events))
-        if object is not None or until is not None:
-            rows = [
-                row
-                for row, event in enumerate(block.events)
-                if (object is None or event.object == object)
-                and (until is None or event.t <= until)
-            ]
-            events = [block.events[row] for row in rows]
+
+    def chosen() -> Iterator[_Piece]:
+        for block in blocks:
+            rows: Sequence[int] = range(len(block.events))
+            events = block.events
+            if object is not None:
+                mentioned.update(dict.fromkeys(event.object for event in events))
+            if object is not None or until is not None:
+                rows = [
+                    row
+                    for row, event in enumerate(block.events)
+                    if (object is None or event.object == object)
+                    and (until is None or event.t <= until)
+                ]
+                events = [block.events[row] for row in rows]
+            yield _Piece(block, rows, events)
+
+    waiting = 0  # events since the last frame
+    for block, rows, events in chosen() if every is None else _cut(chosen(), every):
         changed = -1
         try:
             found = set(map(_object_of, events))
@@ -258,6 +277,12 @@ def replay(
             raise
         applied(events)
         progress(block.position)
+        waiting += len(events)
+        if waiting == every:
+            frame({name: each.engine for name, each in objects.items()})
+            waiting = 0
+    if waiting and every is not None:
+        frame({name: each.engine for name, each in objects.items()})
     if watch is not None:
         watch.advance(None)
     if object is not None and object not in mentioned:
@@ -281,6 +306,18 @@ def _batches(events: Iterable[Event]) -> Iterator[Block]:
             yield Block(count - len(batch), batch, count)
             batch = []
     yield Block(count - len(batch), batch, count)
+
+
+def _cut(pieces: Iterable[_Piece], every: int) -> Iterator[_Piece]:
+    """Cut pieces where so many events have passed since the last place of which that is true."""
+    room = every
+    for block, rows, events in pieces:
+        first = 0
+        while first < len(events):
+            last = min(first + room, len(events))
+            yield _Piece(block, rows[first:last], events[first:last])
+            room = room - (last - first) or every
+            first = last
 
 
 def _blame(

@@ -37,7 +37,18 @@ if TYPE_CHECKING:
 
 
 class Scene(MutableMapping[str, "Engine"]):
-    """Objects by name: a mapping to their engines, which may be changed at any time."""
+    """Objects by name: a mapping to their engines, which may be changed at any time.
+
+    >>> from flintknap import Engine
+    >>> scene = Scene({"hull": Engine(), "quay": Engine()})
+    >>> ids = scene["hull"].insert([0.0, 4.0, 2.0], [0.0, 0.0, 6.0])
+    >>> ids = scene["quay"].insert([5.0, 9.0, 9.0], [0.0, 0.0, 9.0])
+    >>> scene.collisions(), scene.contains(2.0, 1.0), scene.nearest(4.4, 0.0)[0]
+    ([], ['hull'], 'hull')
+    >>> berthed = scene["hull"].move(1, 5.0, 0.0)
+    >>> scene.collisions()
+    [('hull', 'quay')]
+    """
 
     def __init__(self, engines: Mapping[str, Engine] | None = None) -> None:
         self._engines: dict[str, Engine] = {}

@@ -30,6 +30,8 @@ from flintknap.errors import InputError
 from flintknap.geometry import Polygonal
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
     from numpy.typing import NDArray
     from scipy.interpolate import BPoly
 
@@ -148,11 +150,15 @@ class BezierCurve:
         """Return points of the curve, float64 (n * per_segment, 2), the vertices among them.
 
         Those of each segment are evenly spread in its parameter, beginning at its vertex.
+        O(n * per_segment). Raises InputError for a ``per_segment`` below 1.
         """
         return self._spread(self.control, per_segment)
 
     def derivative(self, per_segment: int) -> NDArray[np.float64]:
-        """Return derivatives by the parameter, from 0 to 1 on each segment, where sample() does."""
+        """Return derivatives by the parameter at the points of sample(), in the same shape.
+
+        The parameter goes from 0 to 1 on each segment. Cost and errors as of sample.
+        """
         return self._spread(self.degree * np.diff(self.control, axis=1), per_segment)
 
     def flatten(self, tolerance: float) -> Flattening:
@@ -201,9 +207,20 @@ class BezierCurve:
 
     def to_svg(self) -> str:
         """Return a picture, its curve made of the very segments (C or Q commands). O(n)."""
-        from flintknap import export
+        from flintknap import svg
 
-        return export.curve(self.control)
+        return svg.curve(self.control)
+
+    def plot(
+        self, ax: Axes | None = None, *, color: ColorType | None = None, label: str | None = None
+    ) -> Axes:
+        """Draw the curve on axes, as Boundary.plot does. O(n).
+
+        Its very segments: the curve is as smooth at any size.
+        """
+        from flintknap import picture, plot
+
+        return plot.plot(ax, [picture.Mark("curve", picture.Curve(self.control))], color, label)
 
     def _spread(self, control: NDArray[np.float64], per_segment: int) -> NDArray[np.float64]:
         if per_segment < 1:

@@ -8,7 +8,7 @@ inserted. A place is there, once for each sighting that stands and that nobody t
 A removal takes back the latest sighting of its place that is not later than itself and that no
 other removal takes back: what stands is what reading sightings as opening and removals as
 closing brackets, in order of time, leaves open (at equal times sightings come first). Brackets
-that have expired cannot change which of the later ones stay open, so only the window is remembered.
+that have expired cannot change which of the later ones stay open, so only the window is kept::
 
     p   (1   (2   )3   (5          open, so standing: (1 and (5; a late )4 would take back (1
 
@@ -58,6 +58,14 @@ class Window:
         seconds: the length of the window, in the unit of the times of events.
         now: the newest time so far; -inf before any.
         expired: how many sightings have expired, those that had when they arrived included.
+
+    >>> from flintknap import Engine
+    >>> window = Window(Engine(), seconds=10.0)
+    >>> window.insert([0.0, 1.0, 2.0], [0.0, 4.0, 2.0], [0.0, 0.0, 6.0]).tolist()
+    [0, 1, 2]
+    >>> window.advance(10.0)  # the first is ten seconds old
+    >>> len(window.engine), window.expired
+    (2, 1)
 
     """
 

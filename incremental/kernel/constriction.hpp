@@ -1,53 +1,51 @@
-// The object boundary: triangles are removed from outside until every site is on the ring.
+// The object boundary through changes: what a change leaves as it was is kept.
 //
-// Theory (section 3.1). From the hull inward, the gate with the smallest key whose apex is not on
-// the ring yet is removed; its apex joins the ring and two gates open behind it. That is a
-// priority-first search, and the forest it makes is the only one in which every site off the hull
-// is captured by the earliest open gate that points at it, with the times of forest.hpp. The same
-// condition restores it after a change, as shortest paths are restored (Ramalingam and Reps 1996):
+// Theory (theorem 3). A set of events is the result of constriction iff no site is captured twice,
+// each event is opened by its parent, and every open gate points at a site captured no later. A
+// change of the triangulation breaks that here and there, and repair restores it:
 //
-//   1. an event dies when its triangle or its hull edge goes, and all that hang from it die, too;
-//   2. gates that opened anew, and those that point at sites thus freed, enter a heap by time;
-//   3. the earliest gate is taken: if its target is held by an earlier event, nothing happens; if
-//      by a later one, that dies with all that hang from it, freeing more sites; then the gate
-//      captures its target and opens two more.
+//   1. An event dies when its triangle or its hull edge goes, or when a gate captures its site
+//      earlier. Those that hang from it are *orphans*: they keep their places in the order, for the
+//      dead stay in the forest until the repair ends.
+//   2. Gates that opened anew, and those that point at sites thus freed, enter a heap by time.
+//   3. The earliest of the heap and of the orphans is taken. A gate whose target is held by an
+//      earlier event is dropped; else it captures its target and opens two more. An orphan dies: if
+//      a gate led to it by now, it would be none.
+//   4. Where a gate opens behind which an orphan stands, that is *grafted*: the event that opened
+//      the gate is its parent now, and all that hangs from it comes along.
 //
-// Times leave the heap in order, so a capture made during a repair is final. Events that died stay
-// in place until the repair ends, for their successors in the heap still compare by them.
+//      q           p          of what hangs from e, only those have another place in the order to
+//       \    ==>    \         which no key leads that exceeds all keys on the two ways, from q
+//        e           e        and from p up to where they meet; and only among others near by, in
+//       / \         / \       the same sense (theorem 10). Those, or these if they are fewer, are
+//                             offered anew.
 //
-// Each vertex on the ring knows the one that follows it:
-//
-//      i -----> j            i       j       the ring runs counter-clockwise, the object on its
-//       \ gate /     ==>      \     /        left; the removed triangle i, j, k lies outside
-//        \    /                v   ^
-//          k                     k
+// So times leave heap and orphans in ascending order, as in the restoration of shortest paths
+// (Ramalingam and Reps 1996).
 //
 // Links (links.hpp) learns which vertices are followed by others than before.
 //
-// Invariants (check): the events are those of a run from scratch; following() runs along the
-// edges between triangles that are left and those that are not.
-// Cost: build O(n log n); a repair O(touched log n), touched being the events that died or came.
+// Invariants (check): those of captures.hpp.
+// Cost: a repair O(touched log n), touched being the events that died or came, and O(1) each for
+// those whose place in the order is written anew. It ends, for one that touches more events than
+// there are sites is given up for a run from scratch.
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "forest.hpp"
-#include "heap.hpp"
+#include "captures.hpp"
 #include "links.hpp"
 
 namespace flintknap {
 
-class Constriction {
+class Constriction : public Captures {
    public:
-    explicit Constriction(const Triangulation& triangulation) : t_(triangulation) {}
+    using Captures::Captures;
 
-    // Whether triangle x belongs to the object: it is no ghost and was not removed.
-    bool is_inside(Index x) const { return event_of_[at(x)] == kNone && !t_.mesh().is_ghost(x); }
-    bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
-    Index following(Index v) const { return following_[at(v)]; }
-    Index left_inside() const { return left_inside_; }
     Links& links() { return links_; }
     const Links& links() const { return links_; }
     // How many events have died or come in repairs so far.
@@ -55,28 +53,9 @@ class Constriction {
 
     // From scratch.
     void build() {
-        const Mesh& m = t_.mesh();
-        forest_.clear(at(m.vertices()));
-        event_of_.assign(at(m.triangles()), kNone);
-        holder_.assign(at(m.vertices()), kNone);
-        following_.assign(at(m.vertices()), kNone);
-        left_inside_ = t_.size();
+        Captures::build();
         forget_changes();
         links_.touch_all();
-        Openings heap(Sooner{*this});
-        std::vector<Index> hull = t_.hull();
-        for (Index h : hull) {
-            hold(m.origin(h), Forest::kRoot);
-            following_[at(m.origin(h))] = m.target(h);
-        }
-        for (Index h : hull) {
-            if (!on_ring(m.apex(h))) heap.push(opening(h));
-        }
-        while (!heap.empty()) {
-            Opening next = heap.pop();
-            if (!heap.empty()) prefetch(heap.top());
-            while (!on_ring(next.apex)) next = step(next, heap);
-        }
     }
 
     // What a triangulation tells those who watch it. Call repair before anything is asked, and
@@ -89,8 +68,8 @@ class Constriction {
                 if (event_of_[at(x)] != kNone) kill(event_of_[at(x)]);
                 continue;
             }
-            Index h = m.twin(m.hull_edge(x)), e = event_of_[at(Mesh::triangle(h))];
-            if (e != kNone && forest_.edge(e) == h) kill(e);
+            Index h = m.twin(m.hull_edge(x)), e = entered_through(h);
+            if (e != kNone) orphans_.push(e);
             for (Index v : {m.origin(h), m.target(h)}) {
                 if (holder_[at(v)] == Forest::kRoot) release(v);
             }
@@ -123,41 +102,35 @@ class Constriction {
     // A site is gone, which nobody holds any more; to be said after destroying.
     void vanished() { --left_inside_; }
 
-    void repair() {
+    // Returns false if so much changes that a run from scratch is better, and needed then.
+    bool repair() {
         const Mesh& m = t_.mesh();
-        for (Index x : created_) {
-            if (m.is_free(x)) continue;  // gone again since
-            if (m.is_ghost(x)) {
-                offer(m.twin(m.hull_edge(x)));
-            } else {
-                for (Index side = 0; side < 3; ++side) offer(3 * x + side);
+        std::int64_t enough = touched_ + t_.size();
+        for (const std::vector<Index>* triangles : {&created_, &changed_}) {
+            for (Index x : *triangles) {
+                if (m.is_free(x)) continue;  // gone again since
+                if (m.is_ghost(x)) {
+                    waiting_.push_back(m.twin(m.hull_edge(x)));
+                } else {
+                    wait_for_gates_into(x);
+                }
             }
         }
-        offer_gates_of_freed();
-        while (!heap_.empty()) {
-            Candidate c = heap_.pop();
-            Index edge = forest_.edge(c.event);
-            if (!is_open(edge, c.parent) || holds_earlier(m.apex(edge), c.event)) {
-                retired_.push_back(c.event);
-                continue;
-            }
-            Index target = m.apex(edge), holder = holder_[at(target)];
-            if (holder != kNone) kill(holder);
-            event_of_[at(Mesh::triangle(edge))] = c.event;
-            hold(target, c.event);
-            ++touched_;
-            changed_.push_back(Mesh::triangle(edge));
-            offer_gates_of_freed();
-            offer(m.twin(Mesh::next(edge)));
-            offer(m.twin(Mesh::prev(edge)));
-        }
+        wait_for_freed();
+        do {
+            if (touched_ > enough) return false;
+            for (std::size_t i = 0; i < waiting_.size(); ++i) offer(waiting_[i]);
+            waiting_.clear();
+        } while (settle_orphan() || take_earliest());
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
         for (Index v : loosened_) {
             if (!on_ring(v)) following_[at(v)] = kNone;  // so that it is told when it comes back
         }
-        for (Index e : retired_) forest_.release(e);
+        forest_.release(retired_);
         retired_.clear();
+        orphans_.clear();
+        return true;
     }
 
     // What has changed since forget_changes: triangles that went and that came (some of which may
@@ -175,114 +148,31 @@ class Constriction {
         loosened_.clear();
         freed_.clear();
         retired_.clear();
+        orphans_.clear();
+        waiting_.clear();
         heap_.clear();
     }
 
     // Between repairs only: changes in progress do not travel.
     template <class Archive>
     void transfer(Archive& archive) {
-        forest_.transfer(archive);
-        archive(event_of_);
-        archive(holder_);
-        archive(following_);
-        archive(left_inside_);
+        Captures::transfer(archive);
         archive(touched_);
     }
 
-    std::size_t bytes() const {
-        return forest_.bytes() + links_.bytes() +
-               (event_of_.capacity() + holder_.capacity() + following_.capacity()) * sizeof(Index);
-    }
-
-    // The first broken invariant, or nothing. O(n log n).
-    std::string check() const {
-        const Mesh& m = t_.mesh();
-        Constriction other(t_);
-        other.build();
-        for (Index x = 0; x < m.triangles(); ++x) {
-            Index here = event_of_[at(x)], there = other.event_of_[at(x)];
-            Index edge = here == kNone ? kNone : forest_.edge(here);
-            Index wanted = there == kNone ? kNone : other.forest_.edge(there);
-            if (edge != wanted) {
-                return "triangle " + std::to_string(x) + " was entered through " +
-                       std::to_string(edge) + ", from scratch through " + std::to_string(wanted);
-            }
-            if (here != kNone && holder_[at(m.apex(edge))] != here) {
-                return "event " + std::to_string(here) + " does not hold its apex";
-            }
-        }
-        for (Index v = 0; v < m.vertices(); ++v) {
-            if (!t_.is_site(v)) continue;
-            if (on_ring(v) != other.on_ring(v)) {
-                return "vertex " + std::to_string(v) + (on_ring(v) ? " is" : " is not") +
-                       " on the ring, from scratch it is otherwise";
-            }
-            if (on_ring(v) && following(v) != other.following(v)) {
-                return "vertex " + std::to_string(v) + " is followed by " +
-                       std::to_string(following(v)) + ", from scratch by " +
-                       std::to_string(other.following(v));
-            }
-        }
-        return left_inside_ == other.left_inside_ ? "" : "miscounted the vertices left inside";
-    }
+    std::size_t bytes() const { return Captures::bytes() + links_.bytes(); }
 
    private:
-    struct Opening {
-        double key;
-        Index edge, apex;
-        Gate gate() const { return {key, edge}; }
-    };
     struct Candidate {
         Index event, parent;
     };
     struct Sooner {
         const Constriction& c;
-        bool operator()(const Opening& a, const Opening& b) const {
-            return smaller(c.t_, a.gate(), b.gate());
-        }
+        bool operator()(Index a, Index b) const { return c.forest_.earlier(a, b); }
         bool operator()(Candidate a, Candidate b) const {
-            return c.forest_.earlier(c.t_, a.event, b.event);
+            return c.forest_.earlier(a.event, b.event);
         }
     };
-    using Openings = Heap<Opening, Sooner>;
-
-    Opening opening(Index edge) const {
-        return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
-    }
-
-    // Fetches what taking the opening will need first.
-    void prefetch(const Opening& opening) const {
-        __builtin_prefetch(&holder_[at(opening.apex)]);
-        __builtin_prefetch(&event_of_[at(Mesh::triangle(opening.edge))]);
-        t_.mesh().prefetch(opening.edge);
-    }
-
-    // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
-    // smaller still is the next to take and need not pass through the heap.
-    Opening step(Opening taken, Openings& heap) {
-        const Mesh& m = t_.mesh();
-        Index edge = taken.edge, k = taken.apex;
-        Index e = forest_.add(t_, taken.gate(), opener(edge));
-        event_of_[at(Mesh::triangle(edge))] = e;
-        hold(k, e);
-        following_[at(m.origin(edge))] = k;
-        following_[at(k)] = m.target(edge);
-        Opening next = taken;  // stays so if nothing smaller opens
-        for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-            Index behind = m.twin(side);
-            if (on_ring(m.apex(behind))) continue;
-            Opening opened = opening(behind);
-            if (smaller(t_, opened.gate(), next.gate())) std::swap(next, opened);
-            if (opened.edge == edge) continue;  // `taken` itself, displaced
-            heap.push(opened);
-        }
-        return next;
-    }
-
-    void hold(Index v, Index event) {
-        if (holder_[at(v)] == kNone) --left_inside_;
-        holder_[at(v)] = event;
-    }
     void release(Index v) {
         holder_[at(v)] = kNone;
         ++left_inside_;
@@ -290,67 +180,238 @@ class Constriction {
         loosened_.push_back(v);
     }
 
-    // Ends an event and all that hang from it.
-    void kill(Index event) {
+    // Ends an event. Those that hang from it are orphans.
+    void kill(Index e) {
         const Mesh& m = t_.mesh();
-        doomed_.assign(1, event);
-        while (!doomed_.empty()) {
-            Index e = doomed_.back(), edge = forest_.edge(e);
-            doomed_.pop_back();
-            event_of_[at(Mesh::triangle(edge))] = kNone;
-            changed_.push_back(Mesh::triangle(edge));
-            retired_.push_back(e);
-            ++touched_;
-            release(m.apex(edge));
-            for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-                Index behind = m.twin(side), child = event_of_[at(Mesh::triangle(behind))];
-                if (child != kNone && forest_.edge(child) == behind) doomed_.push_back(child);
-            }
+        Index edge = forest_.edge(e);
+        for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
+            Index child = entered_through(m.twin(side));
+            if (child != kNone) orphans_.push(child);
         }
+        event_of_[at(Mesh::triangle(edge))] = kNone;
+        changed_.push_back(Mesh::triangle(edge));
+        release(m.apex(edge));
+        forest_.die(e);
+        retired_.push_back(e);
+        ++touched_;
     }
 
-    // The event through which gate `edge` stands open, the root beyond a hull edge; or kNone.
-    Index opener(Index edge) const {
-        Index o = t_.mesh().twin(edge), x = Mesh::triangle(o);
-        if (t_.mesh().is_ghost(x)) return Forest::kRoot;
-        Index e = event_of_[at(x)];
-        return e != kNone && forest_.edge(e) != o ? e : kNone;
+    // The same for one whose triangle stays: its gates may be open again.
+    void put_back(Index e) {
+        wait_for_gates_into(Mesh::triangle(forest_.edge(e)));
+        kill(e);
     }
 
-    bool is_open(Index edge, Index parent) const {
-        return event_of_[at(Mesh::triangle(edge))] == kNone && opener(edge) == parent;
-    }
-
-    bool holds_earlier(Index v, Index event) const {
-        Index h = holder_[at(v)];
-        return h == Forest::kRoot || (h != kNone && forest_.earlier(t_, h, event));
-    }
-
-    // Puts the gate into the heap if it is open and its target is not held by an earlier event.
+    // Puts the gate into the heap if it is open and its target is not held by an earlier event;
+    // gives an orphan behind it its parent.
     void offer(Index edge) {
         Index parent = opener(edge), x = Mesh::triangle(edge);
-        if (parent == kNone || event_of_[at(x)] != kNone || t_.mesh().is_ghost(x)) return;
-        Index target = t_.mesh().apex(edge);
-        if (holder_[at(target)] == Forest::kRoot) return;
-        Index e = forest_.add(t_, make_gate(t_, edge), parent);
-        if (holds_earlier(target, e)) {
-            forest_.release(e);
+        if (parent == kNone || t_.mesh().is_ghost(x)) return;
+        if (event_of_[at(x)] != kNone) {
+            Index e = entered_through(edge);
+            if (e != kNone && forest_.parent(e) != parent) graft(e, parent);
             return;
         }
-        heap_.push({e, parent});
+        Index holder = holder_[at(t_.mesh().apex(edge))];
+        if (holder == Forest::kRoot) return;
+        Index e = forest_.add(make_gate(t_, edge), parent);
+        if (holder != kNone && forest_.earlier(holder, e)) {
+            forest_.withdraw(e);
+        } else {
+            heap_.push({e, parent});
+        }
     }
 
-    void offer_gates_of_freed() {
+    void wait_for_gates_into(Index x) {
+        for (Index side = 0; side < 3; ++side) waiting_.push_back(3 * x + side);
+    }
+
+    void wait_for_gates_at(Index v) {
         const Mesh& m = t_.mesh();
+        Index first = m.leaving(v), h = first;
+        do {
+            waiting_.push_back(Mesh::next(h));
+            h = m.turn(h);
+        } while (h != first);
+    }
+
+    void wait_for_freed() {
         for (Index v : freed_) {
-            if (on_ring(v) || !t_.is_site(v)) continue;
-            Index first = m.leaving(v), h = first;
-            do {
-                offer(Mesh::next(h));
-                h = m.turn(h);
-            } while (h != first);
+            if (!on_ring(v) && t_.is_site(v)) wait_for_gates_at(v);
         }
         freed_.clear();
+    }
+
+    // The earliest gate in the heap captures its target, if it still can. False if there is none.
+    bool take_earliest() {
+        if (heap_.empty()) return false;
+        const Mesh& m = t_.mesh();
+        Candidate c = heap_.pop();
+        Index edge = forest_.edge(c.event), x = Mesh::triangle(edge);
+        Index target = m.apex(edge), holder = holder_[at(target)];
+        bool is_open = event_of_[at(x)] == kNone && opener(edge) == c.parent;
+        if (!is_open || holder == Forest::kRoot ||
+            (holder != kNone && forest_.earlier(holder, c.event))) {
+            forest_.withdraw(c.event);
+            return true;
+        }
+        if (holder != kNone) put_back(holder);
+        event_of_[at(x)] = c.event;
+        hold(target, c.event);
+        ++touched_;
+        changed_.push_back(x);
+        wait_for_freed();
+        waiting_.push_back(m.twin(Mesh::next(edge)));
+        waiting_.push_back(m.twin(Mesh::prev(edge)));
+        return true;
+    }
+
+    bool is_orphan(Index e) const {
+        if (forest_.is_dead(e)) return false;
+        return opener(forest_.edge(e)) != forest_.parent(e);
+    }
+
+    // An orphan that no gate leads to any more ends. False if there is none.
+    bool settle_orphan() {
+        drop_settled();
+        if (orphans_.empty()) return false;
+        if (!heap_.empty() && forest_.earlier(heap_.top().event, orphans_.top())) return false;
+        Index e = orphans_.pop(), parent = opener(forest_.edge(e));
+        if (parent == kNone || !graft(e, parent)) {
+            put_back(e);
+            wait_for_freed();
+        }
+        return true;
+    }
+
+    void drop_settled() {
+        while (!orphans_.empty() && !is_orphan(orphans_.top())) orphans_.pop();
+    }
+
+    // Hangs event e from the event that opens its gate now. False if that one hangs from e.
+    bool graft(Index e, Index parent) {
+        double bound = forest_.largest_apart(forest_.parent(e), parent);
+        if (forest_.key(e) > bound) {
+            forest_.rename_parent(e, parent);
+            return true;
+        }
+        // What hangs from e with no larger key than the bound between; nothing else gets another
+        // place in the order.
+        forest_.new_mark();
+        inside_.start(e);
+        while (visit(inside_, e, bound) || visit_hanging_orphan(bound)) {
+            if (inside_.seen.back() == parent) return false;
+        }
+        forest_.rename_parent(e, parent);
+        for (Index x : inside_.seen) forest_.place(x, forest_.parent(x));
+        bool is_moved = false;
+        for (const Candidate& c : heap_.items()) {
+            if (!forest_.is_marked(c.parent)) continue;
+            forest_.place(c.event, c.parent);
+            is_moved = true;
+        }
+        if (is_moved) heap_.restore();
+        orphans_.restore();
+        recheck(e, bound);
+        return true;
+    }
+
+    // Goes on inside with an orphan that hangs, over dead events, from one that was visited.
+    bool visit_hanging_orphan(double bound) {
+        for (Index o : orphans_.items()) {
+            if (forest_.is_marked(o) || !is_orphan(o)) continue;
+            chain_.assign(1, o);
+            Index over = forest_.parent(o);
+            for (; forest_.is_dead(over) && !forest_.is_marked(over); over = forest_.parent(over)) {
+                chain_.push_back(over);
+            }
+            if (!forest_.is_marked(over)) continue;
+            bool is_new = false;
+            for (; !chain_.empty() && forest_.key(chain_.back()) <= bound; is_new = true) {
+                Index x = chain_.back();
+                chain_.pop_back();
+                if (x == o) {
+                    inside_.stack.push_back(o);
+                } else {
+                    forest_.mark(x);
+                    inside_.seen.push_back(x);
+                }
+            }
+            if (is_new) return true;
+        }
+        return false;
+    }
+
+    // The order of those inside and all else may have changed where no key above `bound` lies
+    // between. Either they or the others are offered anew, gate by gate, whichever are fewer.
+    void recheck(Index e, double bound) {
+        Index top = forest_.parent(e);
+        outside_.start(kNone);
+        for (Index o : orphans_.items()) {
+            if (!forest_.is_marked(o) && is_orphan(o) && forest_.largest_apart(o, top) <= bound) {
+                outside_.stack.push_back(o);
+            }
+        }
+        outside_.seen.push_back(top);
+        push_children(outside_, top, e, bound);
+        while (outside_.seen.size() < inside_.seen.size()) {
+            if (visit(outside_, e, bound)) continue;
+            if (top == Forest::kRoot || forest_.key(top) > bound) return wait_for(outside_);
+            Index below = std::exchange(top, forest_.parent(top));
+            outside_.seen.push_back(top);
+            push_children(outside_, top, below, bound);
+        }
+        wait_for(inside_);
+    }
+
+    // A walk down the forest: events still to be visited, and those seen.
+    struct Walk {
+        std::vector<Index> stack, seen;
+        void start(Index e) {
+            stack.clear();
+            seen.clear();
+            if (e != kNone) stack.push_back(e);
+        }
+    };
+
+    bool visit(Walk& walk, Index e, double bound) {
+        if (walk.stack.empty()) return false;
+        Index x = walk.stack.back();
+        walk.stack.pop_back();
+        walk.seen.push_back(x);
+        if (&walk == &inside_) forest_.mark(x);
+        push_children(walk, x, e, bound);
+        return true;
+    }
+
+    void push_children(Walk& walk, Index x, Index but, double bound) {
+        const Mesh& m = t_.mesh();
+        auto push = [&](Index gate) {
+            Index child = entered_through(gate);
+            if (child == kNone || child == but || forest_.parent(child) != x) return;
+            if (forest_.key(child) <= bound) walk.stack.push_back(child);
+        };
+        if (x == Forest::kRoot) {
+            for (Index h : t_.hull()) push(h);
+        } else if (!forest_.is_dead(x)) {
+            Index edge = forest_.edge(x);
+            push(m.twin(Mesh::next(edge)));
+            push(m.twin(Mesh::prev(edge)));
+        }
+    }
+
+    void wait_for(const Walk& walk) {
+        const Mesh& m = t_.mesh();
+        for (Index x : walk.seen) {
+            if (x == Forest::kRoot) {
+                for (Index h : t_.hull()) waiting_.push_back(h);
+            } else if (!forest_.is_dead(x)) {
+                Index edge = forest_.edge(x);
+                waiting_.push_back(m.twin(Mesh::next(edge)));
+                waiting_.push_back(m.twin(Mesh::prev(edge)));
+                wait_for_gates_at(m.apex(edge));
+            }
+        }
     }
 
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
@@ -368,19 +429,16 @@ class Constriction {
         }
     }
 
-    const Triangulation& t_;
-    Forest forest_;
-    std::vector<Index> event_of_;   // by triangle: the event that removed it, or kNone
-    std::vector<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
-    std::vector<Index> following_;  // by vertex on the ring: the next one along it
-    Index left_inside_ = 0;         // vertices without a holder
     std::int64_t touched_ = 0;
     Links links_;
     // A change in progress: triangles that went, that came, others that changed sides, vertices
     // that lost their holder, those of them whose gates are still to be offered, events to give
     // back at the end, events about to die, gates by time.
-    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, doomed_;
+    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
+    std::vector<Index> waiting_, chain_;
+    Walk inside_, outside_;
     Heap<Candidate, Sooner> heap_{Sooner{*this}};
+    Heap<Index, Sooner> orphans_{Sooner{*this}};
 };
 
 }  // namespace flintknap

@@ -19,7 +19,11 @@
 // smaller coordinates win. A polyline on its chord is split next to the chord's middle.
 //
 // The error is the distance from the chord (a segment) to the vertex farthest from it, rounded up
-// to a double: comparing it with a double tells what comparing the exact distance would.
+// to a double: comparing it with a double tells what comparing the exact distance would. Of
+// vertices with the same distance, so rounded, that with the smaller coordinates is the farthest.
+//
+// A polyline may also be parted there, at the farthest vertex (Douglas and Peucker 1973), which
+// takes fewer vertices to come within a tolerance; then nobody asks for discs, and none are sought.
 //
 // Invariants: what has been seen does not depend on the order in which it was.
 // Cost: a vertex takes about 5 ns; exact arithmetic only for near ties.
@@ -41,10 +45,13 @@ namespace flintknap {
 // Distances between 0 and this count as this: below it, squares could underflow.
 constexpr double kLeastError = 1e-70;
 
+// Where polylines are parted.
+enum class Parting { smaller_disc, farthest };
+
 // What is known of a polyline. 56 bytes.
 struct Flintstone {
     Point left_at{}, right_at{};  // where q and r lie; if there is neither, left_at is the split
-    Index left = kNone, right = kNone;  // q and r, or kNone
+    Index left = kNone, right = kNone;  // q and r, or kNone, as when parted at the farthest vertex
     Index split = kNone;                // where the polyline is parted
     Index farthest = kNone;             // whose distance the error is
     double error = kUnknown;
@@ -81,6 +88,7 @@ double round_up(double start, Reaches reaches) {
 
 // From v to an end p of the chord.
 inline double distance_to_point(Point p, Point v) {
+    if (v == p) return 0;
     Pair x = two_diff(v.x, p.x), y = two_diff(v.y, p.y);
     Pair squared = pair_sum(pair_product(x, x), pair_product(y, y));
     return round_up(std::sqrt(squared.high), [&](double e) {
@@ -137,6 +145,8 @@ inline bool is_inside(Point p, Point s, const Flintstone& f, Point w) {
 // Sees the vertices strictly between p and s, in any order, and knows their Flintstone.
 class Search {
    public:
+    explicit Search(Parting parting) : seeks_discs_(parting == Parting::smaller_disc) {}
+
     void begin(Point p, Point s) {
         p_ = p;
         s_ = s;
@@ -167,13 +177,18 @@ class Search {
         if (found.left == kNone && found.right == kNone && middle_.index != found.split)
             return false;
         return std::all_of(far_.begin(), far_.end(), [&](const Far& f) {
-            return f.high < far_low_ || distance_to_chord(p_, s_, f.vertex.at) <= found.error;
+            if (f.high < far_low_) return true;
+            double distance = distance_to_chord(p_, s_, f.vertex.at);
+            bool is_farther = distance > found.error;
+            if (distance == found.error && !seeks_discs_) is_farther = f.vertex.at < middle_.at;
+            return !is_farther;
         });
     }
 
     void see(Vertex v) {
         Sight sight = look(v.at);
         see_far(v, sight);
+        if (!seeks_discs_) return;
         int turn = sight.turn != 0 ? sight.turn : orient(p_, s_, v.at);
         if (turn == 0) {
             see_middle(v);
@@ -221,12 +236,19 @@ class Search {
         Flintstone found{left_.vertex.at, right_.vertex.at, left_.vertex.index, right_.vertex.index,
                          choose().index};
         if (found.left == kNone && found.right == kNone) found.left_at = middle_.at;
+        Point farthest{};
         for (const Far& f : far_) {
             if (f.high < far_low_) continue;
             double distance = distance_to_chord(p_, s_, f.vertex.at);
-            if (distance <= found.error) continue;
+            if (distance < found.error) continue;
+            if (distance == found.error && !(f.vertex.at < farthest)) continue;
             found.error = distance;
             found.farthest = f.vertex.index;
+            farthest = f.vertex.at;
+        }
+        if (!seeks_discs_) {
+            found.split = found.farthest;
+            found.left_at = farthest;
         }
         return found;
     }
@@ -296,8 +318,10 @@ class Search {
         }
     }
 
+    // Distances that all count as kLeastError are alike.
     void see_far(Vertex v, const Sight& sight) {
-        double low = sight.distance - sight.slack, high = sight.distance + sight.slack;
+        double low = sight.distance - sight.slack;
+        double high = std::max(sight.distance + sight.slack, kLeastError);
         if (high < far_low_) return;
         if (low > far_high_) far_.clear();
         far_.push_back({high, v});
@@ -328,9 +352,10 @@ class Search {
         double line = height * per_length_;
         double squared = (along > 0) & (along < length2_) ? line * line : ends;
         double room = far_low_ - 16 * kUlp * (reach + away);
-        return static_cast<std::int64_t>(height > 6 * kUlp * reach_ * reach) &
-               static_cast<std::int64_t>(lead < -best_reach * reach * (away + best_away)) &
-               static_cast<std::int64_t>(room > 0) &
+        bool is_enclosed = (height > 6 * kUlp * reach_ * reach) &
+                           (lead < -best_reach * reach * (away + best_away));
+        return static_cast<std::int64_t>(is_enclosed | !seeks_discs_) &
+               static_cast<std::int64_t>(room > kLeastError) &
                static_cast<std::int64_t>(squared < room * room * (1 - 8 * kUlp));
     }
 
@@ -345,6 +370,7 @@ class Search {
         return smaller > 0 ? q : r;
     }
 
+    bool seeks_discs_;
     Point p_{}, s_{};
     double cx_ = 0, cy_ = 0, reach_ = 0, length2_ = 0, per_length_ = 0;
     Best left_, right_;                    // the vertices with the smallest angles so far

@@ -34,22 +34,32 @@ class Heap {
     T pop() {
         T first = items_.front(), last = items_.back();
         items_.pop_back();
-        std::size_t n = 0, size = items_.size();
-        if (size == 0) return first;
-        for (std::size_t child = 1; child < size; child = 4 * n + 1) {
+        if (!items_.empty()) sink(0, items_.size(), last);
+        return first;
+    }
+
+    // After the order of items has changed. O(n).
+    void restore() {
+        for (std::size_t n = items_.size() / 4 + 1; n-- > 0;) {
+            if (n < items_.size()) sink(n, items_.size(), T(items_[n]));
+        }
+    }
+
+   private:
+    // Puts an item at n or below.
+    void sink(std::size_t n, std::size_t size, const T& item) {
+        for (std::size_t child = 4 * n + 1; child < size; child = 4 * n + 1) {
             std::size_t best = child, end = std::min(child + 4, size);
             while (++child < end) {
                 if (before_(items_[child], items_[best])) best = child;
             }
-            if (!before_(items_[best], last)) break;
+            if (!before_(items_[best], item)) break;
             items_[n] = items_[best];
             n = best;
         }
-        items_[n] = last;
-        return first;
+        items_[n] = item;
     }
 
-   private:
     Before before_;
     std::vector<T> items_;
 };

@@ -12,7 +12,8 @@
 //                      [first]            [second]        nodes do not store them
 //
 // A node is *known* when its polyline has been searched, *refined* when its children exist. A child
-// that is a single edge of the ring is no node.
+// that is a single edge of the ring is no node. Polylines may also be parted at the vertex farthest
+// from the chord: then there are no discs, and all else is the same.
 //
 // Through changes. Some vertices of the ring are touched: all those followed by another one than
 // before, all that are new. A polyline without a touched vertex is what it was, and so are all
@@ -41,6 +42,7 @@
 #include "enclosing.hpp"
 #include "flintstone.hpp"
 #include "links.hpp"
+#include "nodes.hpp"
 #include "ring_search.hpp"
 #include "triangulation.hpp"
 
@@ -65,36 +67,37 @@ class Hierarchy {
         double error;
     };
 
-    Hierarchy(const Triangulation& triangulation, const Ring& ring) : t_(triangulation), r_(ring) {}
+    Hierarchy(const Triangulation& triangulation, const Ring& ring, Parting parting)
+        : t_(triangulation), r_(ring), parting_(parting) {}
+
+    bool is_begun() const { return !nodes_.empty(); }
 
     // How many nodes are refined, the base included.
     Index refined() {
         follow();
-        return refined_;
+        return nodes_.refined();
     }
     // The deepest level that has a vertex.
     Index depth() {
         follow();
-        std::size_t levels = at_level_.size();
-        while (levels > 1 && at_level_[levels - 1] == 0) --levels;
-        return static_cast<Index>(std::max<std::size_t>(levels, 1)) - 1;
+        return nodes_.deepest();
     }
 
     void clear() {
         nodes_.clear();
-        at_level_.clear();
-        free_ = kNone;
-        refined_ = 0;
         base_ = {};
         top_ = {};
         is_base_known_ = false;
         heard_.clear();
     }
 
-    // The ring is about to follow these links. The tree does so when it is asked.
+    // The ring is about to follow these links. The tree does so when it is asked; where that may
+    // take longer than making it anew, it is given up.
     void hear(const Links& links) {
-        if (links.none() || refined_ == 0) return;
-        if (links.all() || heard_.size() + links.touched().size() > at(r_.size()) / 8) {
+        if (links.none() || nodes_.empty()) return;
+        std::size_t touched = heard_.size() + links.touched().size();
+        bool is_long = touched * at(nodes_.deepest()) > 16 * at(nodes_.refined()) + at(r_.size());
+        if (links.all() || touched > at(r_.size()) / 8 || is_long) {
             clear();
         } else {
             heard_.insert(heard_.end(), links.touched().begin(), links.touched().end());
@@ -114,9 +117,8 @@ class Hierarchy {
                 continue;
             }
             know(f, poll);
-            const Flintstone& found = nodes_[at(f.node)].found;
-            if (f.level >= want.level || found.error <= want.tolerance) {
-                emit(Edge{f.p, f.s, f.level, f.node, f.at, found.error});
+            if (is_final(f, want)) {
+                emit(Edge{f.p, f.s, f.level, f.node, f.at, nodes_[f.node].found.error});
             } else {
                 part(f);
             }
@@ -125,29 +127,58 @@ class Hierarchy {
 
     // Of an edge just emitted; that of a single edge is the edge itself.
     Flintstone flintstone(const Edge& e) const {
-        return e.node == kEdge ? Flintstone{} : nodes_[at(e.node)].found;
+        return e.node == kEdge ? Flintstone{} : nodes_[e.node].found;
     }
 
-    // Where w lies as far as the Flintstones down to a level tell: +1 inside, -1 outside, 0 if it
-    // is in one of that level and in all above it. Exact.
+    // For searches: one polyline, the two of level 0, and the halves of one whose error was asked.
+    struct Frame {
+        Index node, p, s, level;
+        Point at;  // of p
+    };
+    std::array<Frame, 2> top() {
+        begin();
+        return {stack_[1], stack_[0]};
+    }
+    std::array<Frame, 2> halves(const Frame& f) {
+        if (!nodes_[f.node].is_refined()) refine(f);
+        return {first_child(f), second_child(f)};
+    }
     template <class Poll>
-    int side(Point w, Index level, Poll poll) {
+    double error(const Frame& f, Poll& poll) {
+        if (f.node == kEdge) return 0;
+        know(f, poll);
+        return nodes_[f.node].found.error;
+    }
+    // Whether the cut goes no further down than this one, whose error was asked.
+    bool is_final(const Frame& f, Cut want) const {
+        return f.node == kEdge || f.level >= want.level ||
+               nodes_[f.node].found.error <= want.tolerance;
+    }
+    std::array<Point, 2> chord(const Frame& f) const { return {f.at, t_.site(f.s)}; }
+
+    // Where w lies as far as the tree down to a cut tells: +1 inside, -1 outside, 0 if it is in a
+    // Flintstone of the cut, no farther from its chord than the polyline, and so on all levels
+    // above. (The discs are known if polylines are parted there.) Exact.
+    template <class Poll>
+    int side(Point w, Cut want, Poll poll) {
         int winding = 0;
         begin();
         while (!stack_.empty()) {
             Frame f = stack_.back();
             stack_.pop_back();
-            Point p = t_.site(f.p), s = t_.site(f.s);
+            auto [p, s] = chord(f);
             bool is_near = false;
             if (f.node == kEdge) {
                 is_near = is_on_chord(p, s, w);
             } else {
                 know(f, poll);
-                is_near = is_inside(p, s, nodes_[at(f.node)].found, w);
+                const Flintstone& found = nodes_[f.node].found;
+                is_near = (parting_ == Parting::farthest || is_inside(p, s, found, w)) &&
+                          distance_to_chord(p, s, w) <= found.error;
             }
             if (!is_near) {
                 winding += crossing(p, s, w);
-            } else if (f.node == kEdge || f.level >= level) {
+            } else if (is_final(f, want)) {
                 return 0;
             } else {
                 part(f);
@@ -168,7 +199,7 @@ class Hierarchy {
             for (const Frame& f : here) {
                 if (f.node == kEdge) continue;
                 know(f, poll);
-                is_enough = is_enough && nodes_[at(f.node)].found.error <= tolerance;
+                is_enough = is_enough && nodes_[f.node].found.error <= tolerance;
             }
             if (is_enough) return level;
             for (const Frame& f : here) {
@@ -180,9 +211,7 @@ class Hierarchy {
         }
     }
 
-    std::size_t bytes() const {
-        return nodes_.capacity() * sizeof(Node) + at_level_.capacity() * sizeof(Index);
-    }
+    std::size_t bytes() const { return nodes_.bytes(); }
 
     // The first broken invariant, or nothing. O(length) a node.
     std::string check() const {
@@ -191,7 +220,7 @@ class Hierarchy {
             other.follow();
             return other.check();
         }
-        if (refined_ == 0) return nodes_.empty() ? "" : "nodes without a base";
+        if (nodes_.empty()) return {};
         std::array<Vertex, 2> base = find_base(t_, find_disc(t_));
         for (int n : {0, 1}) {
             if (is_base_known_ && base[at(n)].index != base_[at(n)].index) {
@@ -199,7 +228,7 @@ class Hierarchy {
             }
         }
         Index count = 1;
-        std::vector<Index> at_level(at_level_.size(), 0);
+        std::vector<Index> at_level(nodes_.at_level().size(), 0);
         at_level[0] = 2;
         std::vector<Frame> todo = tops();
         while (!todo.empty()) {
@@ -207,31 +236,21 @@ class Hierarchy {
             todo.pop_back();
             std::string broken = check(f);
             if (!broken.empty()) return broken;
-            if (f.node == kEdge || nodes_[at(f.node)].first == kNone) continue;
+            if (f.node == kEdge || !nodes_[f.node].is_refined()) continue;
             ++count;
             if (at(f.level + 1) >= at_level.size()) return "a level that is not counted";
             ++at_level[at(f.level + 1)];
             todo.push_back(first_child(f));
             todo.push_back(second_child(f));
         }
-        if (count != refined_) return "miscounted the nodes that are refined";
-        return at_level == at_level_ ? "" : "miscounted the vertices of a level";
+        if (count != nodes_.refined()) return "miscounted the nodes that are refined";
+        return at_level == nodes_.at_level() ? "" : "miscounted the vertices of a level";
     }
 
    private:
-    static constexpr Index kEdge = -2;     // in place of a node: a single edge of the ring
+    static constexpr Index kEdge = Nodes::kEdge;
     static constexpr Index kOften = 4096;  // searches from one poll to the next
 
-    struct alignas(64) Node {
-        // If it is not known, its split is still that at which the children part.
-        Flintstone found;
-        Index first = kNone, second = kNone;  // nodes, kEdge, or kNone both; of one not in use, the
-                                              // next such
-    };
-    struct Frame {
-        Index node, p, s, level;
-        Point at;  // of p
-    };
     // How far behind base_[0] a vertex is along the ring.
     struct Place {
         Index place, vertex;
@@ -285,18 +304,17 @@ class Hierarchy {
         if (!is_base_known_) {
             Disc disc = find_disc(t_);
             std::array<Vertex, 2> base = find_base(t_, disc);
-            bool same = refined_ > 0;
+            bool same = !nodes_.empty();
             for (std::size_t n : {0, 1}) {
                 same = same && base[n].index == base_[n].index && base[n].at == base_[n].at;
             }
             if (!same) {
                 clear();
-                nodes_.reserve(2);
-                at_level_.assign(1, 2);
+                nodes_.make_room_for_base();
                 base_ = base;
                 top_ = {child_between(base[0].index, base[1].index),
                         child_between(base[1].index, base[0].index)};
-                refined_ = 1;
+                nodes_.set_base();
             }
             disc_ = disc;
             is_base_known_ = true;
@@ -324,93 +342,42 @@ class Hierarchy {
     // ------------------------------------------------------------------ nodes
     bool is_there(const Vertex& v) const { return r_.holds(v.index) && t_.site(v.index) == v.at; }
 
-    Index new_node() {
-        if (free_ == kNone) {
-            nodes_.emplace_back();
-            return static_cast<Index>(nodes_.size()) - 1;
-        }
-        Index n = free_;
-        free_ = nodes_[at(n)].first;
-        nodes_[at(n)] = Node{};
-        return n;
-    }
-
-    Index child_between(Index p, Index s) { return r_.next(p) == s ? kEdge : new_node(); }
+    Index child_between(Index p, Index s) { return r_.next(p) == s ? kEdge : nodes_.make(); }
 
     Frame first_child(const Frame& f) const {
-        const Node& n = nodes_[at(f.node)];
+        const Node& n = nodes_[f.node];
         return {n.first, f.p, n.found.split, f.level + 1, f.at};
     }
     Frame second_child(const Frame& f) const {
-        const Node& n = nodes_[at(f.node)];
+        const Node& n = nodes_[f.node];
         return {n.second, n.found.split, f.s, f.level + 1, n.found.split_vertex().at};
     }
 
     // Puts the children of a known node on the stack, made if need be.
     void part(const Frame& f) {
-        if (nodes_[at(f.node)].first == kNone) refine(f);
+        if (!nodes_[f.node].is_refined()) refine(f);
         stack_.push_back(second_child(f));
-        __builtin_prefetch(&nodes_[at(std::max(stack_.back().node, 0))]);
+        nodes_.prefetch(stack_.back().node);
         stack_.push_back(first_child(f));
     }
 
     void refine(const Frame& f) {
-        if (at_level_.size() <= at(f.level + 1)) at_level_.resize(at(f.level) + 2);
-        Index split = nodes_[at(f.node)].found.split;
-        Index first = child_between(f.p, split);
-        Index second = kNone;
-        try {
-            second = child_between(split, f.s);
-        } catch (...) {
-            if (first != kEdge) give_back(first);
-            throw;
-        }
-        nodes_[at(f.node)].first = first;
-        nodes_[at(f.node)].second = second;
-        ++refined_;
-        ++at_level_[at(f.level + 1)];
-    }
-
-    void give_back(Index node) {
-        nodes_[at(node)].first = free_;
-        free_ = node;
-    }
-
-    // Takes a node's children away, with all below. Needs no memory: those still to go are strung
-    // along what they no longer need.
-    void drop_children(Index node, Index level) {
-        Index next = kNone;
-        auto string_children = [&](Node& n, Index at_level) {
-            if (n.first == kNone) return;
-            --refined_;
-            --at_level_[at(at_level + 1)];
-            for (Index child : {n.first, n.second}) {
-                if (child == kEdge) continue;
-                nodes_[at(child)].found.farthest = next;
-                nodes_[at(child)].found.split = at_level + 1;
-                next = child;
-            }
-            n.first = n.second = kNone;
-        };
-        string_children(nodes_[at(node)], level);
-        while (next != kNone) {
-            Index gone = next;
-            Node& n = nodes_[at(gone)];
-            next = n.found.farthest;
-            string_children(n, n.found.split);
-            give_back(gone);
-        }
+        Index split = nodes_[f.node].found.split;
+        nodes_.refine(
+            f.node, f.level, [&] { return child_between(f.p, split); },
+            [&] { return child_between(split, f.s); });
     }
 
     // ------------------------------------------------------------------ searches
     template <class Poll>
     void know(const Frame& f, Poll& poll) {
-        if (nodes_[at(f.node)].found.is_known()) return;
+        if (nodes_[f.node].found.is_known()) return;
         if (++searches_ % kOften == 0) poll();
-        Flintstone found = search_.search(f.p, f.s, nodes_[at(f.node)].found);
-        Vertex before = nodes_[at(f.node)].found.split_vertex(), now = found.split_vertex();
-        if (before.index != now.index || !(before.at == now.at)) drop_children(f.node, f.level);
-        nodes_[at(f.node)].found = found;
+        Flintstone found = search_.search(f.p, f.s, nodes_[f.node].found);
+        Vertex before = nodes_[f.node].found.split_vertex(), now = found.split_vertex();
+        if (before.index != now.index || !(before.at == now.at))
+            nodes_.drop_children(f.node, f.level);
+        nodes_[f.node].found = found;
     }
 
     // ------------------------------------------------------------------ changes
@@ -425,7 +392,7 @@ class Hierarchy {
 
     Index& link(const Change& c) {
         if (c.parent == kNone) return top_[at(c.child)];
-        Node& n = nodes_[at(c.parent)];
+        Node& n = nodes_[c.parent];
         return c.child == 0 ? n.first : n.second;
     }
 
@@ -435,27 +402,27 @@ class Hierarchy {
         Index node = link(c);
         if (node == kEdge) {
             if (c.to - c.from > 1) {
-                Index made = new_node();
+                Index made = nodes_.make();
                 link(c) = made;
             }
             return;
         }
         if (c.to - c.from == 1) {
-            drop_children(node, c.level);
-            give_back(node);
+            nodes_.drop_children(node, c.level);
+            nodes_.give_back(node);
             link(c) = kEdge;
             return;
         }
-        Flintstone before = nodes_[at(node)].found;
+        Flintstone before = nodes_[node].found;
         Vertex split = before.split_vertex();
         Index middle = split.index != kNone && is_there(split) ? place(split.index) : kNone;
         bool is_parted = c.from < middle && middle < c.to;
         if (before.is_known() && !(is_parted && stands(c, before))) {
-            nodes_[at(node)].found.error = Flintstone::kUnknown;
+            nodes_[node].found.error = Flintstone::kUnknown;
         }
-        if (nodes_[at(node)].first == kNone) return;
+        if (!nodes_[node].is_refined()) return;
         if (!is_parted) {
-            drop_children(node, c.level);
+            nodes_.drop_children(node, c.level);
             return;
         }
         changes_.push_back({node, 0, c.p, split.index, c.from, middle, c.level + 1});
@@ -502,7 +469,7 @@ class Hierarchy {
     // The node and its edge, by a plain walk along the ring.
     std::string check(const Frame& f) const {
         std::string name = "polyline " + std::to_string(f.p) + " to " + std::to_string(f.s) + ": ";
-        Search plain;
+        Search plain(parting_);
         plain.begin(t_.site(f.p), t_.site(f.s));
         Index v = r_.next(f.p);
         if (f.node == kEdge) return v == f.s ? "" : name + "is no edge";
@@ -511,9 +478,9 @@ class Hierarchy {
             if (v == f.p) return name + "never ends";
             plain.see({v, t_.site(v)});
         }
-        const Node& n = nodes_[at(f.node)];
+        const Node& n = nodes_[f.node];
         if (!n.found.is_known()) {
-            return n.first == kNone || is_there(n.found.split_vertex()) ? "" : name + "no split";
+            return !n.is_refined() || is_there(n.found.split_vertex()) ? "" : name + "no split";
         }
         Flintstone found = plain.result();
         if (found.left != n.found.left || found.right != n.found.right ||
@@ -525,10 +492,8 @@ class Hierarchy {
 
     const Triangulation& t_;
     const Ring& r_;
-    std::vector<Node> nodes_;
-    Index free_ = kNone;            // the first node not in use
-    Index refined_ = 0;             // nodes with children, and the base
-    std::vector<Index> at_level_;   // how many vertices each level has
+    Parting parting_;
+    Nodes nodes_;
     Disc disc_;                     // the smallest that holds all
     std::array<Vertex, 2> base_{};  // the two vertices of level 0
     bool is_base_known_ = false;    // if not, base_ is what it was
@@ -536,7 +501,7 @@ class Hierarchy {
     std::int64_t searches_ = 0;
     std::vector<Index> heard_;  // vertices touched since the tree followed
     // Work in progress.
-    RingSearch search_{t_, r_};
+    RingSearch search_{t_, r_, parting_};
     std::vector<Frame> stack_;
     std::vector<Place> places_;  // touched vertices, in order
     std::vector<Change> changes_;

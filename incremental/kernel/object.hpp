@@ -108,13 +108,11 @@ class Object {
     template <class Poll>
     void settle(Poll poll) {
         if (!is_placed()) place(poll);
-        State before = state_;
-        state_ = State::stale;
-        if (before == State::changed) {
-            constriction_.repair();
+        State before = std::exchange(state_, State::stale);
+        if (before == State::changed && constriction_.repair()) {
             widening_.repair(poll);
             constriction_.forget_changes();
-        } else if (before == State::stale) {
+        } else if (before != State::fresh) {
             widening_.clear();
             if (!triangulation_.is_flat()) {
                 constriction_.build();
@@ -141,16 +139,27 @@ class Object {
     // The same as a sequence with ranks and boxes, as it was at the last update_ring.
     const Ring& ring() const { return ring_; }
     void update_ring() {
-        hierarchy_.hear(constriction_.links());
-        if (splices_.update(ring_, *this, constriction_.links())) cells_.follow(splices_);
+        Links& links = constriction_.links();
+        if (links.all() && (hierarchy_.is_begun() || farthest_.is_begun())) {
+            splices_.compare(ring_, *this, links);
+        }
+        hierarchy_.hear(links);
+        farthest_.hear(links);
+        if (splices_.update(ring_, *this, links)) cells_.follow(splices_);
     }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
 
     // What lies where, of the same.
     Cells& cells() { return cells_; }
 
-    // The tree of Flintstones over it; not to be asked while there is no ring.
+    // The tree of Flintstones over it, and the one parted at farthest vertices; not to be asked
+    // while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
+    Hierarchy& farthest() { return farthest_; }
+    // The one that a cut goes through: a tolerance takes the fewest vertices in the second.
+    Hierarchy& tree(Cut cut) {
+        return cut.tolerance == Hierarchy::kAnyError ? hierarchy_ : farthest_;
+    }
 
     // To a Writer, or from a Reader; everything must be settled.
     template <class Archive>
@@ -167,7 +176,7 @@ class Object {
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
                widening_.bytes() + ring_.bytes() + splices_.bytes() + cells_.bytes() +
-               hierarchy_.bytes();
+               hierarchy_.bytes() + farthest_.bytes();
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -181,12 +190,13 @@ class Object {
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
         if (broken.empty()) broken = cells_.check();
-        return broken.empty() ? hierarchy_.check() : broken;
+        if (broken.empty()) broken = hierarchy_.check();
+        return broken.empty() ? farthest_.check() : broken;
     }
 
    private:
     // Tells byte order, and layouts by a number that changes with them.
-    static constexpr std::uint64_t kStamp = 0x666c696e74000002ULL;
+    static constexpr std::uint64_t kStamp = 0x666c696e74000003ULL;
 
     // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
     enum class State { fresh, changed, stale };
@@ -251,7 +261,8 @@ class Object {
     Ring ring_;
     Splices splices_;
     Cells cells_{ring_};
-    Hierarchy hierarchy_{triangulation_, ring_};
+    Hierarchy hierarchy_{triangulation_, ring_, Parting::smaller_disc};
+    Hierarchy farthest_{triangulation_, ring_, Parting::farthest};
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

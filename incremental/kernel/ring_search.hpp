@@ -17,8 +17,8 @@ namespace flintknap {
 
 class RingSearch : public Search {
    public:
-    RingSearch(const Triangulation& triangulation, const Ring& ring)
-        : t_(triangulation), r_(ring) {}
+    RingSearch(const Triangulation& triangulation, const Ring& ring, Parting parting)
+        : Search(parting), t_(triangulation), r_(ring) {}
 
     // Of the polyline from p to s; `before` is what was found last, if anything.
     Flintstone search(Index p, Index s, const Flintstone& before) {

@@ -1,5 +1,5 @@
-// What a vertex inside the object sees: which edges of the ring, and how wide a gamma-graph must be
-// to join it to their ends.
+// What a vertex inside the object sees: which edges of the ring, how wide a gamma-graph must be to
+// join it to their ends, and how large the discs are that make the graph so wide.
 //
 // Theory (section 3.4). *Windows* spread from k through the triangles of the object. A window is a
 // cone of directions between two vertices, right and left, that leaves the triangle it has come to
@@ -19,11 +19,13 @@
 // correctly rounded. The site with the largest angle on either side of kp is an end of a Delaunay
 // edge that crosses kp, so a walk along kp finds it (section 3.4).
 //
-// *Bound.* Seen from k, whatever lies beyond a segment qr between the sides of a window is seen,
-// with k, from q under a wider angle than r is, and from r under a wider one than q. So the
-// cotangents of the angles k q r and k r q bound the needs of all that lies behind a window. Only
-// sites on an empty circle with k are exempt. Windows are entered in the order of their bounds:
-// what needs least widening is found without a look at what needs more.
+// *Size.* The discs of the pair have the diameter |kp| / sin phi. Its square is the size.
+//
+// *Bound.* What lies behind a window is no nearer than the part m n of its edge in the cone. And
+// seen from k, whatever lies beyond a segment from a site q to a place n, between the directions of
+// both, is seen, with k, from q under a wider angle than n is. So the cotangents of the angles at
+// right and a towards n and at left and b towards m bound the needs behind a window, and with the
+// distance of m n the sizes. Only sites on an empty circle with k have a need of 0 all the same.
 //
 // Cost: O(1) a window. A need: O(1) a triangle crossed.
 #pragma once
@@ -40,17 +42,17 @@ class Sight {
    public:
     static constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 
-    Sight(const Triangulation& triangulation, const Constriction& constriction)
-        : t_(triangulation), c_(constriction) {}
-
     // A cone of k between `right` and `left` that leaves a triangle through `edge`; or, if there is
-    // no edge, an edge of the ring from `right` to `left` that is seen whole. Behind it nothing has
-    // a need above the bound.
+    // no edge, an edge of the ring from `right` to `left` that is seen whole. A triangle that has k
+    // and a corner behind it has no size below `size`, and no need above `need`.
     struct Window {
-        double bound;
+        double size, need;
         Index k, edge, right, left;
         bool on_circle;  // whether all vertices on the way here lie on an empty circle with k
     };
+
+    Sight(const Triangulation& triangulation, const Constriction& constriction)
+        : t_(triangulation), c_(constriction) {}
 
     // The windows of a vertex strictly inside. `passed` learns of each triangle on the way, `seen`
     // of each vertex, `opened` of each window.
@@ -62,7 +64,7 @@ class Sight {
             Index edge = Mesh::next(spoke);
             passed(Mesh::triangle(edge));
             seen(m.origin(edge));
-            enter({0, k, edge, m.origin(edge), m.target(edge), true}, passed, opened);
+            enter({0, 0, k, edge, m.origin(edge), m.target(edge), true}, passed, opened);
             spoke = m.turn(spoke);
         } while (spoke != first);
     }
@@ -78,36 +80,39 @@ class Sight {
         Index right = Mesh::next(o), left = Mesh::prev(o);
         if (right_of_left && left_of_right) {
             seen(v);
-            enter({w.bound, w.k, right, w.right, v, on_circle}, passed, opened);
-            enter({w.bound, w.k, left, v, w.left, on_circle}, passed, opened);
+            enter({w.size, w.need, w.k, right, w.right, v, on_circle}, passed, opened);
+            enter({w.size, w.need, w.k, left, v, w.left, on_circle}, passed, opened);
         } else {
             Index edge = left_of_right ? right : left;
-            enter({w.bound, w.k, edge, w.right, w.left, on_circle}, passed, opened);
+            enter({w.size, w.need, w.k, edge, w.right, w.left, on_circle}, passed, opened);
         }
     }
 
     // The need of a pair whose segment runs inside the object, and kNever if it does not, or if a
-    // site lies on it. As soon as it is known to be below `floor`, a bound that is, too, will do.
-    double need(Index k, Index p, double floor) const {
+    // site lies on it.
+    double need(Index k, Index p) const {
         Point from = t_.site(k), to = t_.site(p);
-        double least = 0, bound = 0;
+        double least = 0;
         bool on_circle = true;
         Index first = kNone;
         bool is_clear = walk(k, p, [&](Index v, int side) {
             Point q = t_.site(v);
             if (first == kNone) first = v;  // the one on the right
             on_circle = on_circle && (v == first || are_cocircular(k, first, p, v));
-            bound = std::min(bound, at_most(from, q, to));
-            if (bound < floor && !on_circle) return false;
             if (at_least(from, q, to) < least) {
                 double cot = side > 0 ? cotangent(from, to, q) : cotangent(to, from, q);
                 least = std::min(least, cot);
             }
             return true;
         });
-        if (bound < floor && !on_circle) return bound;
         if (!is_clear) return kNever;
         return on_circle ? 0 : least;
+    }
+
+    // The size of a pair with a need. The steps are those of the reference.
+    double size(Index k, Index p, double need) const {
+        Point d = way(k, p);
+        return (d.x * d.x + d.y * d.y) * (1 + need * need);
     }
 
     // Whether the triangle over ij, with all three sides inside the object, turns left and holds no
@@ -205,59 +210,97 @@ class Sight {
         Index a = m.origin(w.edge), b = m.target(w.edge), o = m.twin(w.edge);
         if (!is_in_object(o)) {
             w.edge = kNone;
+            w.size = std::max({w.size, size(w.k, a, 0), size(w.k, b, 0)});
             if (w.right == a && w.left == b) opened(w);
             return;
         }
-        double bound = std::min(w.bound, bound_behind(w, a, b));
-        if (bound < 0 && w.on_circle) {
+        Bound behind = bound_behind(w, a, b);
+        double need = std::min(w.need, behind.need);
+        if (need < 0 && w.on_circle) {
             passed(Mesh::triangle(o));
-            if (are_cocircular(w.k, a, b, m.apex(o))) bound = 0;
+            if (are_cocircular(w.k, a, b, m.apex(o))) need = 0;
         }
-        w.bound = bound;
+        w.need = need;
+        w.size = std::max(w.size, behind.distance * (1 + need * need) * (1 - kSlack));
         opened(w);
     }
 
-    // Of the segments from the right bound, or the edge's right end a, to the left bound, or the
-    // edge's left end b, all lie this side of what is beyond the edge.
-    double bound_behind(const Window& w, Index a, Index b) const {
-        Point k = t_.site(w.k), right = t_.site(w.right), left = t_.site(w.left);
-        double bound = 0;
-        auto hide_behind = [&](Point r, Point l) {
-            bound = std::min({bound, at_most(k, r, l), at_most(k, l, r)});
-        };
-        hide_behind(right, left);
-        bool has_a = a != w.right, has_b = b != w.left;
-        if (has_a && has_b) hide_behind(t_.site(a), t_.site(b));
-        if (has_a) hide_behind(t_.site(a), left);
-        if (has_b) hide_behind(right, t_.site(b));
-        return bound;
-    }
-
-    // Scalar and vector product at q of the way to k and p, with more than their rounding errors.
-    struct Products {
-        double dot, cross, dot_error, cross_error;
+    struct Bound {
+        double distance, need;  // of what is behind a window: the square of the former
     };
-    static Products products(Point k, Point q, Point p) {
-        constexpr double slack = 1e-14;
-        double ax = k.x - q.x, ay = k.y - q.y, bx = p.x - q.x, by = p.y - q.y;
-        double xx = ax * bx, yy = ay * by, xy = ax * by, yx = ay * bx;
-        return {xx + yy, std::fabs(xy - yx), slack * (std::fabs(xx) + std::fabs(yy)),
-                slack * (std::fabs(xy) + std::fabs(yx))};
+
+    //       a --m----n-- b          m and n: where the directions of right and left meet the edge
+    //         right left            ab, or a little before that
+    //             k
+    Bound bound_behind(const Window& w, Index a, Index b) const {
+        Point right = way(w.k, w.right), left = way(w.k, w.left);
+        Point to_a = way(w.k, a), to_b = way(w.k, b), m = right, n = left;
+        if (a != w.right) m = as_far_as(right, to_a, to_b);
+        if (b != w.left) n = as_far_as(left, to_a, to_b);
+        double need = std::min(at_most(right, n), at_most(left, m));
+        if (a != w.right) need = std::min(need, at_most(to_a, n));
+        if (b != w.left) need = std::min(need, at_most(to_b, m));
+        return {distance(m, n), need};
     }
 
-    // A value that the cotangent of the angle k q p, or 0 if that is less, does not exceed.
-    static double at_most(Point k, Point q, Point p) {
-        Products of = products(k, q, p);
-        double dot = of.dot + of.dot_error;
-        return dot < 0 ? (1 - 1e-14) * (dot / (of.cross + of.cross_error)) : 0;
+    // ---------------------------------------------------------------- bounds, seen from k
+    // More than what rounding does to a few products, and to what is made of them.
+    static constexpr double kSlack = 1e-14;
+
+    // What k sees, as a vector from there.
+    Point way(Index k, Index v) const {
+        Point from = t_.site(k), to = t_.site(v);
+        return {to.x - from.x, to.y - from.y};
     }
 
-    // A value that the cotangent, or 0 if that is less, is not below.
+    // A product of vectors, and more than its rounding error.
+    struct Product {
+        double value, error;
+    };
+    static Product dot(Point a, Point b) {
+        double x = a.x * b.x, y = a.y * b.y;
+        return {x + y, kSlack * (std::fabs(x) + std::fabs(y))};
+    }
+    static Product cross(Point a, Point b) {
+        double xy = a.x * b.y, yx = a.y * b.x;
+        return {std::fabs(xy - yx), kSlack * (std::fabs(xy) + std::fabs(yx))};
+    }
+
+    // The way in the direction of v, as far as the line ab certainly is, which is not before v.
+    static Point as_far_as(Point v, Point a, Point b) {
+        Point along{b.x - a.x, b.y - a.y};
+        Product of_a = cross(a, along), of_v = cross(v, along);
+        double times = (of_a.value - of_a.error) / (of_v.value + of_v.error);
+        return times > 1 ? Point{times * v.x, times * v.y} : v;
+    }
+
+    // No more than the square of the distance of the segment mn.
+    static double distance(Point m, Point n) {
+        Product mm = dot(m, m), nn = dot(n, n), mn = dot(m, n);
+        if (mn.value - mn.error >= mm.value + mm.error) return mm.value - mm.error;
+        if (mn.value - mn.error >= nn.value + nn.error) return nn.value - nn.error;
+        Product area = cross(m, n), along = dot({n.x - m.x, n.y - m.y}, {n.x - m.x, n.y - m.y});
+        double least = std::max(area.value - area.error, 0.0);
+        double most = along.value + kSlack * (mm.value + nn.value);
+        return (1 - kSlack) * (least * (least / most));
+    }
+
+    // A value that the cotangent of the angle at q from k to p, or 0 if that is less, does not
+    // exceed.
+    static double at_most(Point q, Point p) {
+        Product qq = dot(q, q), qp = dot(q, p), area = cross(q, p);
+        double most = qq.value - qp.value + qq.error + qp.error;
+        return most < 0 ? (1 - kSlack) * (most / (area.value + area.error)) : 0;
+    }
+
+    // A value that the cotangent of the angle k q p, or 0 if that is less, is not below.
     static double at_least(Point k, Point q, Point p) {
-        Products of = products(k, q, p);
-        double dot = of.dot - of.dot_error, cross = of.cross - of.cross_error;
-        if (dot >= 0) return 0;
-        return cross > 0 ? (1 + 1e-14) * (dot / cross) : -std::numeric_limits<double>::infinity();
+        Point to_k{k.x - q.x, k.y - q.y}, to_p{p.x - q.x, p.y - q.y};
+        Product along = dot(to_k, to_p), area = cross(to_k, to_p);
+        double least = along.value - along.error, across = area.value - area.error;
+        if (least >= 0) return 0;
+        return across > 0 ? (1 + kSlack) * (least / across)
+                          : -std::numeric_limits<double>::infinity();
     }
 
     const Triangulation& t_;

@@ -34,10 +34,14 @@
 #include <vector>
 
 #include "gamma.hpp"
+#include "large.hpp"
 
 namespace flintknap {
 
-using Slots = std::pair<Index, Index>;
+// Two slots, or other numbers of sites. Not initialised, like all of a Large array of them.
+struct Slots {
+    Index first, second;
+};
 
 class Spectrum {
    public:
@@ -46,7 +50,7 @@ class Spectrum {
 
     // Each pair once, in no order. `poll` is called now and then and may throw to interrupt.
     template <class Poll>
-    std::vector<Slots> pairs(Poll poll) {
+    Large<Slots> pairs(Poll poll) {
         if (t_.is_flat()) {
             collect_neighbours();
         } else {
@@ -65,7 +69,7 @@ class Spectrum {
 
     bool admits(Facing f) const { return gamma0_.holds(f.first) && gamma1_.holds(f.second); }
 
-    void find(Index a, Index b) { found_.emplace_back(a, b); }
+    void find(Index a, Index b) { found_.push_back({a, b}); }
 
     // ---------------------------------------------------------------- on a line
     // Those that follow each other see nobody on either side.
@@ -76,62 +80,58 @@ class Spectrum {
     }
 
     // ---------------------------------------------------------------- edges
-    // Triangle by triangle, for that reads each site three times where edge by edge would read it
-    // twelve times; an edge is judged when the second of its triangles comes. What is rounded to
-    // floats decides if it is clear of every bound.
+    // Those of a few triangles at a time: first which, each from the second of its triangles, then
+    // what they are, so that no branch depends on either. What is rounded to floats decides if it
+    // is clear of every bound.
     template <class Poll>
     void collect_edges(Poll& poll) {
+        constexpr Index few = 128;
         const Mesh& m = t_.mesh();
         const bool chords = may_hold_chords();
         const Judge judge(gamma0_, gamma1_);
-        std::vector<float> cots(at(3 * m.triangles()), std::numeric_limits<float>::infinity());
+        std::array<Index, 3 * few> edges;
         found_.reserve(at(3 * t_.size()));
-        for (Index x = 0; x < m.triangles(); ++x) {
-            if (x % (1 << 16) == 0) poll();
-            if (m.is_free(x)) continue;
-            Index first = m.origin(3 * x);
-            Index corner[4] = {first, m.origin(3 * x + 1), m.origin(3 * x + 2), first};
-            if (!m.is_ghost(x)) estimate(corner, &cots[at(3 * x)]);
-            for (Index side = 0; side < 3; ++side) {
-                Index h = 3 * x + side, o = m.twin(h);
-                if (o > h) continue;
-                Index a = corner[side], b = corner[side + 1];
+        for (Index first = 0; first < m.triangles(); first += few) {
+            if (first % (512 * few) == 0) poll();
+            std::size_t count = 0;
+            for (Index x = first; x < std::min(first + few, m.triangles()); ++x) {
+                if (m.is_free(x)) continue;
+                for (Index h = 3 * x; h < 3 * x + 3; ++h) {
+                    edges[count] = h;
+                    count += m.twin(h) < h;
+                }
+            }
+            std::size_t size = found_.size();
+            found_.resize(size + count);
+            for (std::size_t n = 0; n < count; ++n) {
+                Index h = edges[n], o = m.twin(h), a = m.origin(h), b = m.origin(o);
                 if (a == kGhost || b == kGhost) continue;
-                float c = cots[at(h)], d = cots[at(o)];
+                float c = estimate(a, b, m.apex(h)), d = estimate(b, a, m.apex(o));
                 Verdict verdict = judge(c, d);
                 if (verdict == Verdict::unsure) {
                     verdict = admits(facing_edge(t_, h)) ? Verdict::yes : Verdict::no;
                 }
-                if (verdict == Verdict::yes) find(a, b);
+                found_[size] = {a, b};
+                size += verdict == Verdict::yes;
                 if (chords && !Judge::is_above(c, -d) && on_circle(h)) seeds_.push_back(h);
             }
+            found_.resize(size);
         }
     }
 
-    // The cotangents of a triangle's angles, each with the half-edge opposite, off by 2^-24 of
-    // themselves and 2^-28 at most; not numbers if the triangle is too flat for that. With angles
-    // of 1/1000 and more, dot and cross are off by 2^-51 of the sides' product, which is 2^10
-    // crosses at most.
-    //
-    //      c            u = b - a, v = c - b, w = a - c; twice the area is u x v;
-    //     / \           the angle at c, opposite u, has the cotangent -(v . w) / (u x v)
-    //    a - b
-    //
-    void estimate(const Index* corner, float* cots) const {
-        Point a = t_.site(corner[0]), b = t_.site(corner[1]), c = t_.site(corner[2]);
-        double ux = b.x - a.x, uy = b.y - a.y, vx = c.x - b.x, vy = c.y - b.y;
-        double wx = a.x - c.x, wy = a.y - c.y;
-        double cross = ux * vy - uy * vx;
-        double at_c = vx * wx + vy * wy, at_a = wx * ux + wy * uy, at_b = ux * vx + uy * vy;
-        double most = std::max({std::fabs(at_a), std::fabs(at_b), std::fabs(at_c)});
-        double scale = -1 / cross;
-        if (!(most < 1000 * cross)) scale = std::numeric_limits<double>::quiet_NaN();
-        cots[0] = static_cast<float>(at_c * scale);
-        cots[1] = static_cast<float>(at_a * scale);
-        cots[2] = static_cast<float>(at_b * scale);
+    // The cotangent of the angle under which c sees ab, off by 2^-24 of itself and 2^-28 at most;
+    // not a number if the angle is too flat for that, below 1/1000. Else dot and cross are off by
+    // 2^-51 of the sides' product, which is 2^10 crosses at most.
+    float estimate(Index a, Index b, Index c) const {
+        if (c == kGhost) return std::numeric_limits<float>::infinity();
+        Point from = t_.site(a), to = t_.site(b), apex = t_.site(c);
+        double ux = from.x - apex.x, uy = from.y - apex.y, vx = to.x - apex.x, vy = to.y - apex.y;
+        double dot = ux * vx + uy * vy, cross = ux * vy - uy * vx;
+        return std::fabs(dot) < 1000 * cross ? static_cast<float>(dot / cross)
+                                             : std::numeric_limits<float>::quiet_NaN();
     }
 
-    enum class Verdict { no, yes, unsure };
+    enum class Verdict : unsigned char { no, yes, unsure };
 
     // Judges by such floats.
     class Judge {
@@ -148,8 +148,9 @@ class Spectrum {
                 }
                 if (!is_ordered) std::swap(c, d);
             }
-            if (first_.within(c) & second_.within(d)) return Verdict::yes;
-            return first_.beyond(c) | second_.beyond(d) ? Verdict::no : Verdict::unsure;
+            bool yes = first_.within(c) & second_.within(d);
+            bool no = first_.beyond(c) | second_.beyond(d);
+            return static_cast<Verdict>(yes | !(yes | no) << 1);  // no branch
         }
 
         static bool is_above(float c, float d) { return c > d + slack(d); }
@@ -307,7 +308,7 @@ class Spectrum {
 
     const Triangulation& t_;
     Interval gamma0_, gamma1_;
-    std::vector<Slots> found_;
+    Large<Slots> found_;
     std::vector<Index> seeds_;  // half-edges between triangles of one circle
     std::vector<Index> pending_;
     // The search from a site: the ways so far, and by triangle and by site the last search that
@@ -329,8 +330,8 @@ inline void sort_few(Index* begin, Index* end) {
 // The pairs as rows of two ids, the smaller one first, in ascending order; `rank` tells the place
 // of a slot's id among all `ids`, which ascend. First into blocks by the smaller one, so that all
 // that follows stays in the cache; each block by counting; then the few of each id. O(n + m).
-inline std::vector<std::int64_t> canonical(std::vector<Slots> pairs, const std::vector<Index>& rank,
-                                           const std::vector<std::int64_t>& ids) {
+inline Large<std::int64_t> canonical(Large<Slots> pairs, const std::vector<Index>& rank,
+                                     const std::vector<std::int64_t>& ids) {
     constexpr int bits = 10;
     constexpr std::size_t block = 1 << bits;
     std::vector<std::size_t> end((ids.size() >> bits) + 2, 0);
@@ -340,12 +341,12 @@ inline std::vector<std::int64_t> canonical(std::vector<Slots> pairs, const std::
         ++end[at(p.first >> bits) + 1];
     }
     for (std::size_t n = 1; n < end.size(); ++n) end[n] += end[n - 1];
-    std::vector<Slots> blocked(pairs.size());
+    Large<Slots> blocked(pairs.size());
     for (const Slots& p : pairs) blocked[end[at(p.first >> bits)]++] = p;
-    std::vector<Slots>().swap(pairs);
+    Large<Slots>().swap(pairs);
 
-    std::vector<std::int64_t> rows;
-    rows.reserve(2 * blocked.size());
+    Large<std::int64_t> rows(2 * blocked.size());
+    std::int64_t* row = rows.data();
     std::vector<Index> partner;
     std::size_t begin = 0;
     for (std::size_t first = 0; first < ids.size(); first += block) {
@@ -360,8 +361,8 @@ inline std::vector<std::int64_t> canonical(std::vector<Slots> pairs, const std::
         for (std::size_t a = 0, k = 0; k < partner.size(); ++a) {
             sort_few(partner.data() + k, partner.data() + last[a]);
             for (; k < last[a]; ++k) {
-                rows.push_back(ids[first + a]);
-                rows.push_back(ids[at(partner[k])]);
+                *row++ = ids[first + a];
+                *row++ = ids[at(partner[k])];
             }
         }
         begin = stop;

@@ -35,6 +35,7 @@ class Splices {
     bool update(Ring& ring, const Source& source, Links& links) {
         if (links.none() && source.ring_size() > 0) return false;
         bool all = links.all() || source.ring_size() == 0 || ring.empty();
+        is_whole_ = false;
         links.take(touched_);
         changed_.clear();
         changed_all_ = true;
@@ -50,7 +51,27 @@ class Splices {
         }
         touched_.clear();
         links.restart(at(ring.size()) / 8 + 1);
+        is_whole_ = true;
         return true;
+    }
+
+    // Where all counts as changed, finds out what is, by comparison with the sequence as it was:
+    // for those to whom much is lost otherwise. All still is, if it is a fair share. O(n).
+    template <class Source>
+    void compare(const Ring& ring, const Source& source, Links& links) const {
+        if (!is_whole_ || ring.empty() || source.ring_size() == 0) return;
+        links.restart(at(source.ring_size()) / 8 + 1);
+        try {
+            Index first = source.smallest(), v = first;
+            do {
+                Index next = source.following(v);
+                if (!is_as_before(ring, source, v, next)) links.touch(v);
+                v = next;
+            } while (v != first && !links.all());
+        } catch (...) {
+            links.touch_all();
+            throw;
+        }
     }
 
     // Boxes, each of a stretch of the ring that was replaced by the last update and of what
@@ -78,6 +99,16 @@ class Splices {
                    length() <= at(Ring::kMost) * at(old_leaves);
         }
     };
+
+    // Whether v, which is on the ring, is where it was, followed by the same vertex.
+    template <class Source>
+    static bool is_as_before(const Ring& ring, const Source& source, Index v, Index next) {
+        Index n = ring.leaf_of(v);
+        if (n == kNone) return false;
+        const Ring::Leaf& leaf = ring.leaf(n);
+        Index i = ring.place_in(n, v);
+        return leaf.vertex[i + 1] == next && source.site(v) == Point{leaf.x[i], leaf.y[i]};
+    }
 
     template <class Source>
     void build(Ring& ring, const Source& source) {
@@ -220,6 +251,7 @@ class Splices {
         changed_.push_back(changed);
     }
 
+    bool is_whole_ = false;  // the sequence is what the last update made of it
     std::vector<Index> touched_, loose_;
     std::vector<char> is_loose_;  // by node
     std::vector<Walk> walks_;

@@ -181,9 +181,11 @@ class Whole {
         object_->update_ring();
         broken = object_->ring().check(*object_);
         if (!broken.empty()) fail(broken);
-        if (!object_->ring().empty()) {  // the tree goes on from one check to the next
-            Cut cut = {static_cast<Index>(points.size() % 9), Hierarchy::kAnyError};
-            object_->hierarchy().cut(cut, nothing_to_poll, [](const Hierarchy::Edge&) {});
+        if (!object_->ring().empty()) {  // the trees go on from one check to the next
+            Cut cut = {static_cast<Index>(points.size() % 9), 0};
+            for (Hierarchy* tree : {&object_->hierarchy(), &object_->farthest()}) {
+                tree->cut(cut, nothing_to_poll, [](const Hierarchy::Edge&) {});
+            }
             broken = object_->check();
             if (!broken.empty()) fail(broken);
         }

@@ -3,7 +3,7 @@
 This package says what the engine computes; the kernel only says how to do it fast. It shares no
 code with the rest and the two must agree exactly, so either judges the other. One module a stage,
 to be read in this order: exact, triangulation, constriction, widening, queries, collision, gamma,
-flintstone, smooth.
+flintstone, bounds, smooth.
 
 Invariants
     Every result is a function of the set of points: only index values depend on the row order.
@@ -13,9 +13,16 @@ Invariants
 Refuses nothing and checks nothing: rows are finite, distinct and within the range of the engine.
 """
 
-from flintknap.reference import collision
+from flintknap.reference import bounds, collision
 from flintknap.reference.constriction import Constriction, constrict
-from flintknap.reference.flintstone import Edge, approximate, base, in_flintstone, side_at_level
+from flintknap.reference.flintstone import (
+    Edge,
+    approximate,
+    base,
+    in_flintstone,
+    localize,
+    side_at,
+)
 from flintknap.reference.gamma import GRAPHS, edges, gamma
 from flintknap.reference.queries import side
 from flintknap.reference.smooth import cubic, quadratic
@@ -29,6 +36,7 @@ __all__ = [
     "Widening",
     "approximate",
     "base",
+    "bounds",
     "collision",
     "constrict",
     "cubic",
@@ -37,9 +45,10 @@ __all__ = [
     "gamma",
     "hull",
     "in_flintstone",
+    "localize",
     "quadratic",
     "side",
-    "side_at_level",
+    "side_at",
     "triangulate",
     "widen",
 ]

@@ -25,10 +25,12 @@ Gate = tuple[float, Site, Site, Site, int, int, int]  # key, where k, i, j lie, 
 class Constriction:
     """What constriction leaves: the boundary, what it missed, and the order of capture.
 
-    ring      int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty
-    inside    int64 (s,), points the boundary does not pass through, sorted by coordinates
-    status    "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle)
-    captures  gates (i, j, k) in the order of removal: k came between i and j
+    Attributes:
+        ring: int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty.
+        inside: int64 (s,), points the boundary does not pass through, sorted by coordinates.
+        status: "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle).
+        captures: gates (i, j, k) in the order of removal: k came between i and j.
+
     """
 
     ring: Ids

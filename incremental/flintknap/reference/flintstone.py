@@ -1,4 +1,4 @@
-"""The tree of Flintstones over a ring, from scratch.
+"""The tree of Flintstones over a ring, and the tree for tolerances, from scratch.
 
 Theory of operation
     Base.     The smallest disc that holds the ring; the two vertices on its rim that are farthest
@@ -11,6 +11,9 @@ Theory of operation
               its chord is split at the vertex nearest the chord's middle.
     Error.    The distance from the chord to the vertex farthest from it, rounded up to a double;
               if not 0, then LEAST_ERROR at least.
+    Tolerance. Approximations within a tolerance come from a tree of their own, from the same base:
+              a polyline is split at the vertex farthest from its chord (equal errors by
+              coordinates), as Douglas and Peucker did, and has no discs.
 
 A disc through p and s is known by the cotangent of the angle on its rim, left of the chord: its
 centre is so many half chords to the left of the chord's middle. Seen from the right the same circle
@@ -23,7 +26,8 @@ smallest disc O(h^4) for h points on the hull.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -41,11 +45,16 @@ LEAST_ERROR = 1e-70
 class Edge:
     """An edge of an approximation and the Flintstone of the polyline that it stands for.
 
-    start, stop  places in the ring, the polyline runs from the one to the other
-    level        how deep in the tree
-    left, right  places of the vertices that give the two discs, None where there are none
-    split        place of the vertex at which the polyline is split, None if it is a single edge
-    error        largest distance from the chord, rounded up
+    Attributes:
+        start: place in the ring where the polyline begins.
+        stop: and where it ends.
+        level: how deep in the tree.
+        left: place of the vertex that gives the left disc, None where there is none, and in the
+            tree for tolerances.
+        right: the same of the right disc.
+        split: place of the vertex at which the polyline is split, None if it is a single edge.
+        error: largest distance from the chord, rounded up.
+
     """
 
     start: int
@@ -55,6 +64,9 @@ class Edge:
     right: int | None
     split: int | None
     error: float
+
+
+Made = Callable[[list[Site], Fraction, Edge, list[int]], Edge]
 
 
 def base(ring: ArrayLike) -> tuple[int, int]:
@@ -76,28 +88,76 @@ def base(ring: ArrayLike) -> tuple[int, int]:
     return max(combinations(rim, 2), key=lambda pair: _squared(sites[pair[0]], sites[pair[1]]))
 
 
-def approximate(ring: ArrayLike, level: float = math.inf, tolerance: float = -1.0) -> list[Edge]:
+def approximate(
+    ring: ArrayLike, level: float = math.inf, tolerance: float | None = None
+) -> list[Edge]:
     """Edges of an approximation of a ring (n, 2), in order, from the smallest vertex on.
 
-    An edge above `level` is split while its error is beyond `tolerance`. Section 4.1.
+    Without a tolerance those of the tree of Flintstones down to a level; with one, those of the
+    tree for tolerances. Section 4.1.
     """
-    xy = np.asarray(ring, np.float64).tolist()
-    if not xy:
-        return []
-    sites, count = integers(ring), len(xy)
-    unit = _unit(xy)
-    first, second = base(ring)
-    todo = [(second, first, 0), (first, second, 0)]
-    edges = []
-    while todo:
-        start, stop, depth = todo.pop()
+    return _cut(tree(ring, tolerance), level, tolerance)
+
+
+def localize(
+    ring: ArrayLike, level: float = math.inf, tolerance: float | None = None
+) -> list[Edge]:
+    """Edges of the tree of Flintstones, in order, from the smallest vertex on.
+
+    An edge above `level` is split, while its error is beyond the tolerance if there is one.
+    Section 4.1.
+    """
+    return _cut(tree(ring), level, tolerance)
+
+
+class Tree:
+    """One of the two trees over a ring (n, 2): edges of level 0, and the halves of each."""
+
+    def __init__(self, ring: ArrayLike, made: Made) -> None:
+        self.xy = np.asarray(ring, np.float64).reshape(-1, 2).tolist()
+        self.sites = integers(ring)
+        self._made = made
+
+    def top(self) -> list[Edge]:
+        """Return the two edges of level 0, none of an empty ring."""
+        if not self.xy:
+            return []
+        first, second = base(self.xy)
+        return [self._edge(first, second, 0), self._edge(second, first, 0)]
+
+    def halves(self, edge: Edge) -> list[Edge]:
+        """Return the two edges into which one is split."""
+        assert edge.split is not None
+        level = edge.level + 1
+        return [self._edge(edge.start, edge.split, level), self._edge(edge.split, edge.stop, level)]
+
+    def _edge(self, start: int, stop: int, level: int) -> Edge:
+        count = len(self.xy)
         between = [(start + n) % count for n in range(1, (stop - start) % count)]
-        edge = _edge(sites, unit, start, stop, depth, between)
-        if edge.split is None or depth >= level or edge.error <= tolerance:
+        edge = Edge(start, stop, level, None, None, None, 0.0)
+        return self._made(self.sites, _unit(self.xy), edge, between) if between else edge
+
+
+def tree(ring: ArrayLike, tolerance: float | None = None) -> Tree:
+    """Return the tree of Flintstones, or if there is a tolerance, the one for tolerances."""
+    return Tree(ring, _flintstone if tolerance is None else _farthest)
+
+
+def is_final(edge: Edge, level: float, tolerance: float | None) -> bool:
+    """Whether a cut goes no further down than this edge."""
+    kept = tolerance is not None and edge.error <= tolerance
+    return edge.split is None or edge.level >= level or kept
+
+
+def _cut(of: Tree, level: float, tolerance: float | None) -> list[Edge]:
+    todo, edges = of.top()[::-1], []
+    while todo:
+        edge = todo.pop()
+        if is_final(edge, level, tolerance):
             edges.append(edge)
         else:
-            todo += [(edge.split, stop, depth + 1), (start, edge.split, depth + 1)]
-    begin = min(range(len(edges)), key=lambda e: sites[edges[e].start])
+            todo += of.halves(edge)[::-1]
+    begin = min(range(len(edges)), key=lambda e: of.sites[edges[e].start], default=0)
     return edges[begin:] + edges[:begin]
 
 
@@ -112,29 +172,39 @@ def in_flintstone(ring: ArrayLike, edge: Edge, x: float, y: float) -> bool:
     return rim is not None and _cotangent(p, s, w) <= _cotangent(p, s, sites[rim])
 
 
-def side_at_level(ring: ArrayLike, level: int, x: float, y: float) -> int:
-    """+1 inside, -1 outside, 0 if (x, y) is in a Flintstone of the level and in all above it.
+def side_at(
+    ring: ArrayLike, x: float, y: float, level: float = math.inf, tolerance: float | None = None
+) -> int:
+    """+1 inside, -1 outside, 0 where an approximation does not tell.
 
-    Section 4.1.
+    That is where (x, y) is no farther from one of its edges than the edge's error, in the tree of
+    Flintstones in the Flintstone, too, and so for all edges above. Section 4.1.
     """
-    count = len(np.asarray(ring))
-    near = [(0, count)] if count else []  # stretches of the ring: first place, length
-    for depth in range(level + 1):
-        near = [
-            (edge.start, (edge.stop - edge.start) % count)
-            for edge in approximate(ring, depth)
-            if any((edge.start - first) % count < length for first, length in near)
-            and in_flintstone(ring, edge, x, y)
-        ]
-    return 0 if near else side(ring, range(count), x, y)
+    of = tree(ring, tolerance)
+    todo = of.top()
+    while todo:
+        edge = todo.pop()
+        ends = of.xy[edge.start], of.xy[edge.stop]
+        near = distance_up(*ends, (x, y)) <= edge.error
+        if tolerance is None:
+            near = near and in_flintstone(ring, edge, x, y)
+        if near and is_final(edge, level, tolerance):
+            return 0
+        if near:
+            todo += of.halves(edge)
+    return side(ring, range(len(of.xy)), x, y) if of.xy else -1
 
 
-def _edge(
-    sites: list[Site], unit: Fraction, start: int, stop: int, level: int, between: list[int]
-) -> Edge:
-    p, s = sites[start], sites[stop]
-    if not between:
-        return Edge(start, stop, level, None, None, None, 0.0)
+def distance_up(p: Sequence[float], s: Sequence[float], v: Sequence[float]) -> float:
+    """Return the distance of v to the segment ps, which may be a point, rounded up."""
+    xy = [[*p], [*s], [*v]]
+    square = _distance_squared(*integers(xy))
+    return _root_up(square * _unit(xy) ** 2)
+
+
+def _flintstone(sites: list[Site], unit: Fraction, edge: Edge, between: list[int]) -> Edge:
+    """Return what is known of the polyline of an edge, in the tree of Flintstones."""
+    p, s = sites[edge.start], sites[edge.stop]
     rims: dict[bool, int | None] = {}
     for is_left in (True, False):
         there = [v for v in between if orient(p, s, sites[v]) * (1 if is_left else -1) > 0]
@@ -151,8 +221,19 @@ def _edge(
         assert offsets[0] <= offsets[1], "a polyline that no disc on its chord holds"
         radii = {left: abs(offsets[0]), right: abs(offsets[1])}  # in an increasing order, at least
         split = min(radii, key=lambda v: (radii[v], sites[v]))
-    farthest = max(_distance_squared(p, s, sites[v]) for v in between)
-    return Edge(start, stop, level, left, right, split, _root_up(farthest * unit * unit))
+    error = _farthest(sites, unit, edge, between).error
+    return replace(edge, left=left, right=right, split=split, error=error)
+
+
+def _farthest(sites: list[Site], unit: Fraction, edge: Edge, between: list[int]) -> Edge:
+    """Return the same in the tree for tolerances."""
+    p, s = sites[edge.start], sites[edge.stop]
+    squares = {v: _distance_squared(p, s, sites[v]) * unit * unit for v in between}
+    error = _root_up(max(squares.values()))
+    # All whose distance is rounded up to the same number are equally far.
+    less = Fraction(0 if error <= LEAST_ERROR else math.nextafter(error, 0.0)) ** 2
+    farthest = [v for v in between if squares[v] > less or error == 0]
+    return replace(edge, split=min(farthest, key=sites.__getitem__), error=error)
 
 
 def _side(rim: list[Site], v: Site) -> int:

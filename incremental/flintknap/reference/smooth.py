@@ -26,12 +26,20 @@ Vector = tuple[float, float]
 
 
 class Tangent(NamedTuple):
-    """A direction, how far the curve's handles reach along it, and how it was found."""
+    """How the curve passes a vertex.
+
+    Attributes:
+        direction: where it leads.
+        back: how far the handle behind the vertex reaches along it.
+        ahead: how far the handle before it does.
+        kind: how it was found: "weighted", "adjusted" or "cusp".
+
+    """
 
     direction: Vector
     back: float
     ahead: float
-    kind: str  # "weighted", "adjusted", "cusp"
+    kind: str
 
 
 def tangent(p: Vector, v: Vector, q: Vector, weights: str = "length") -> Tangent:

@@ -2,13 +2,14 @@
 
 A candidate (i, j, k) is an edge i->j of the boundary and a point k inside such that the triangle
 ijk lies in the polygon and holds no other point, neither inside nor on its sides. Its *need* is the
-largest d <= 0 for which the graph gamma([-1, 1], [d, 1]) has both ik and jk. d starts at 0 and is
-lowered only if no candidate has a need of d or more, to the largest need there is; among the
-candidates with a need of d or more, the one with the smallest gamma-indicator is taken: k comes to
-lie between i and j.
+largest d <= 0 for which the graph gamma([-1, 1], [d, 1]) has both ik and jk. Its *size* is that of
+the discs which make the graph so wide: the square of their diameter, for ik or jk, whichever is
+larger. Of the candidates whose need is no less than d_min the one with the smallest size is taken,
+ties by gamma-indicator: k comes to lie between i and j. Again and again, until none is left.
 
 Needs are written as cotangents, which are rounded correctly and order pairs as gamma1 does: 0.0
-where gamma1 >= 0, else the cotangent of the largest angle under which a point sees the pair.
+where gamma1 >= 0, else the cotangent of the largest angle under which a point sees the pair. Sizes
+are evaluated from them in doubles.
 
 Cost: O(n) for each pair and for each triangle looked at, O(n m) triangles for m locked points.
 """
@@ -32,11 +33,13 @@ from flintknap.reference.exact import Ids, Site, cotangent, dot, integers, orien
 class Widening:
     """What widening leaves: the boundary, what it missed, how far it went, and its captures.
 
-    ring      int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty
-    inside    int64 (s,), points the boundary does not pass through, sorted by coordinates
-    status    "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle)
-    d         the graph gamma([-1, 1], [d, 1]) was enough; 0.0 without widening
-    captures  (i, j, k) in order, after those of the constriction: k came between i and j
+    Attributes:
+        ring: int64 (r,), boundary vertices, counter-clockwise from the smallest; maybe empty.
+        inside: int64 (s,), points the boundary does not pass through, sorted by coordinates.
+        status: "closed" (no point inside), "locked" (some), "degenerate" (there is no triangle).
+        d: the graph gamma([-1, 1], [d, 1]) has all sides; 0.0 without widening.
+        captures: (i, j, k) in order, after those of the constriction: k came between i and j.
+
     """
 
     ring: Ids
@@ -51,24 +54,30 @@ def widen(xy: ArrayLike, d_min: float = -1.0, triangles: ArrayLike | None = None
 
     `triangles` saves triangulating again; default `triangulate(xy)`. Section 3.1.
     """
-    sites = integers(xy)
+    sites, places = integers(xy), np.asarray(xy, np.float64).reshape(-1, 2).tolist()
     locked = constrict(xy, triangles)
     successor = dict(pairs(locked.ring.tolist()))
     inside = set(locked.inside.tolist())
     pair_need = cache(lambda a, b: need(sites, a, b))
     # A triangle that is not empty mostly holds points near k: these are asked first.
     near = {k: sorted(sites, key=lambda p: dot(p, p, sites[k])) for k in inside}
-    candidates: dict[tuple[int, int, int], tuple[float, Gate]] = {}
+    candidates: dict[tuple[int, int, int], tuple[float, Gate, float]] = {}
 
     def look(i: int, j: int, k: int) -> None:
         """Note the triangle as a candidate if it is one."""
         if _is_empty(near[k], sites[i], sites[j], sites[k]) and _is_clear(
             sites, i, j, k, list(successor.items())
         ):
-            least = min(pair_need(*sorted((i, k))), pair_need(*sorted((j, k))))
+            needs = {v: pair_need(*sorted((v, k))) for v in (i, j)}
+            least = min(needs.values())
             if may(least, d_min):
+                largest = max(size(places[v], places[k], cot) for v, cot in needs.items())
                 key = cotangent(sites[i], sites[j], sites[k])
-                candidates[i, j, k] = least, (key, sites[k], sites[i], sites[j], i, j, k)
+                candidates[i, j, k] = (
+                    largest,
+                    (key, sites[k], sites[i], sites[j], i, j, k),
+                    least,
+                )
 
     captures: list[tuple[int, int, int]] = []
     reached = 0.0
@@ -77,8 +86,8 @@ def widen(xy: ArrayLike, d_min: float = -1.0, triangles: ArrayLike | None = None
             for k in inside:
                 look(i, j, k)
     while candidates:
-        reached = min(reached, max(least for least, _ in candidates.values()))
-        *_, i, j, k = min(gate for least, gate in candidates.values() if least >= reached)
+        _, (*_, i, j, k), least = min(candidates.values())
+        reached = min(reached, least)
         successor[i], successor[k] = k, j
         inside.remove(k)
         captures.append((i, j, k))
@@ -118,6 +127,12 @@ def need(sites: list[Site], a: int, b: int) -> float:
     if left is None or right is None or left + right >= 0:
         return 0.0
     return float(min(left, right))
+
+
+def size(a: list[float], b: list[float], cot: float) -> float:
+    """Square of the diameter |ab| / sin phi of the discs of a pair, from phi's cotangent."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return (dx * dx + dy * dy) * (1.0 + cot * cot)
 
 
 def may(cot: float, d_min: float) -> bool:

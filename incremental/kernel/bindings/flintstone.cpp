@@ -1,4 +1,4 @@
-// Approximations, Flintstones, and where a place lies as far as a level tells.
+// Approximations and Flintstones.
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -6,11 +6,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The edges down to a cut, from the smallest of their vertices on.
-std::vector<Hierarchy::Edge> edges_of(Object& object, Cut cut, void (*poll)()) {
+// The edges down to a cut of a tree, from the smallest of their vertices on.
+std::vector<Hierarchy::Edge> edges_of(Hierarchy& tree, Cut cut, void (*poll)()) {
     std::vector<Hierarchy::Edge> edges;
-    if (object.ring().empty()) return edges;
-    object.hierarchy().cut(cut, poll, [&](const Hierarchy::Edge& e) { edges.push_back(e); });
+    tree.cut(cut, poll, [&](const Hierarchy::Edge& e) { edges.push_back(e); });
     auto first = std::min_element(edges.begin(), edges.end(),
                                   [](const auto& a, const auto& b) { return a.at < b.at; });
     std::rotate(edges.begin(), first, edges.end());
@@ -25,7 +24,9 @@ auto approximate(Kernel& k, Index level, double tolerance) {
     Index deepest = 0;
     Object& object = k.object();
     k.at_length([&](auto poll) {
-        std::vector<Hierarchy::Edge> edges = edges_of(object, {level, tolerance}, poll);
+        if (object.ring().empty()) return;
+        Cut cut = {level, tolerance};
+        std::vector<Hierarchy::Edge> edges = edges_of(object.tree(cut), cut, poll);
         ids.resize(edges.size());
         object.points().ids_in_slots(
             ids.size(), [&](std::size_t i) { return edges[i].start; }, ids.data());
@@ -50,7 +51,8 @@ auto localize(Kernel& k, Index level, double tolerance) {
     std::vector<double> ends, seen;
     Object& object = k.object();
     k.at_length([&](auto poll) {
-        for (const Hierarchy::Edge& e : edges_of(object, {level, tolerance}, poll)) {
+        if (object.ring().empty()) return;
+        for (const Hierarchy::Edge& e : edges_of(object.hierarchy(), {level, tolerance}, poll)) {
             Point p = e.at, s = object.site(e.stop);
             ids.push_back(object.points().id_in_slot(e.start));
             ids.push_back(object.points().id_in_slot(e.stop));
@@ -64,20 +66,6 @@ auto localize(Kernel& k, Index level, double tolerance) {
                           to_numpy(std::move(seen), 2));
 }
 
-auto side_at_level(Kernel& k, DoubleArray x, DoubleArray y, Index level) {
-    std::vector<std::int8_t> answers(x.shape(0), -1);
-    auto turn = k.with_ring();
-    Object& object = k.object();
-    k.at_length([&](auto poll) {
-        if (object.ring().empty()) return;
-        Hierarchy& hierarchy = object.hierarchy();
-        for (std::size_t i = 0; i < answers.size(); ++i) {
-            answers[i] = static_cast<std::int8_t>(hierarchy.side({x(i), y(i)}, level, poll));
-        }
-    });
-    return to_numpy(std::move(answers));
-}
-
 Index level_for(Kernel& k, double tolerance) {
     auto turn = k.with_ring();
     Index level = 0;
@@ -89,11 +77,11 @@ Index level_for(Kernel& k, double tolerance) {
     return level;
 }
 
-// How many nodes are refined, and the deepest level reached.
+// How many nodes of both trees are refined, and the deepest level reached.
 auto refined(Kernel& k) {
     auto turn = k.with_ring();
-    Hierarchy& hierarchy = k.object().hierarchy();
-    return nb::make_tuple(hierarchy.refined(), hierarchy.depth());
+    Hierarchy &hierarchy = k.object().hierarchy(), &farthest = k.object().farthest();
+    return nb::make_tuple(hierarchy.refined() + farthest.refined(), hierarchy.depth());
 }
 
 }  // namespace
@@ -102,7 +90,6 @@ void bind_flintstone(KernelClass& kernel) {
     using namespace nb::literals;
     kernel.def("approximate", approximate, "level"_a, "tolerance"_a)
         .def("localize", localize, "level"_a, "tolerance"_a)
-        .def("side_at_level", side_at_level, "x"_a, "y"_a, "level"_a)
         .def("level_for", level_for, "tolerance"_a)
         .def("refined", refined);
 }

@@ -28,11 +28,11 @@ auto triangles(Kernel& k) {
 auto edges(Kernel& k, double low0, double high0, double low1, double high1) {
     auto turn = k.placed();
     const Points& points = k.object().points();
-    std::vector<std::int64_t> rows;
+    Large<std::int64_t> rows;
     k.at_length([&](auto poll) {
         const Triangulation& t = k.object().triangulation();
         Spectrum spectrum(t, Interval::of_values(low0, high0), Interval::of_values(low1, high1));
-        std::vector<Slots> pairs = spectrum.pairs(poll);
+        Large<Slots> pairs = spectrum.pairs(poll);
         std::vector<std::int64_t> ids = points.ids();
         std::vector<Index> rank(at(t.slots()));
         for (std::size_t n = 0; n < ids.size(); ++n) {

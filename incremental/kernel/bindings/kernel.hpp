@@ -5,6 +5,7 @@
 // wait for each other.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -110,13 +111,19 @@ class Kernel {
     std::atomic<std::int64_t> told_ = 0;
 };
 
-// Asks of the rings of two objects, which may be one. Their turns are taken in the order of their
-// addresses, whoever asks: so no circle of threads can wait for each other.
-template <class Ask>
-auto with_both_rings(Kernel& a, Kernel& b, Ask ask) {
+// The turns of two objects, which may be one, with their rings. They are taken in the order of
+// their addresses, whoever asks: so no circle of threads can wait for each other.
+inline std::array<Kernel::Turn, 2> both_turns(Kernel& a, Kernel& b) {
     bool in_order = !std::less<Kernel*>()(&b, &a);
     auto first = (in_order ? a : b).with_ring();
     auto second = &a == &b ? Kernel::Turn() : (in_order ? b : a).with_ring();
+    return {std::move(first), std::move(second)};
+}
+
+// Asks of both rings.
+template <class Ask>
+auto with_both_rings(Kernel& a, Kernel& b, Ask ask) {
+    auto turns = both_turns(a, b);
     nb::gil_scoped_release others_may_run;
     return ask(a.object().ring(), b.object().ring());
 }
@@ -128,6 +135,7 @@ void bind_gamma(KernelClass& kernel);
 void bind_boundary(KernelClass& kernel);
 void bind_flintstone(KernelClass& kernel);
 void bind_collision(KernelClass& kernel);
+void bind_bounds(KernelClass& kernel);
 void bind_scene(nb::module_& module);
 void bind_smooth(nb::module_& module);
 void bind_whole(KernelClass& kernel);

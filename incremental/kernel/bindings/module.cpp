@@ -51,6 +51,7 @@ NB_MODULE(_kernel, m) {
     bind_boundary(kernel);
     bind_flintstone(kernel);
     bind_collision(kernel);
+    bind_bounds(kernel);
     bind_smooth(m);
     bind_whole(kernel);
     bind_scene(m);

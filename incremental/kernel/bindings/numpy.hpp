@@ -20,10 +20,11 @@ using ByteArray = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb:
 using IdArray = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::device::cpu>;
 
 // An array that owns its values, with as many columns as a row has.
-template <class T>
-auto to_numpy(std::vector<T>&& values, std::size_t columns = 1) {
-    auto* owned = new std::vector<T>(std::move(values));
-    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+template <class T, class Allocator>
+auto to_numpy(std::vector<T, Allocator>&& values, std::size_t columns = 1) {
+    using Values = std::vector<T, Allocator>;
+    auto* owned = new Values(std::move(values));
+    nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Values*>(p); });
     std::size_t shape[2] = {owned->size() / columns, columns};
     return nb::ndarray<nb::numpy, T>(owned->data(), columns == 1 ? 1 : 2, shape, owner);
 }
