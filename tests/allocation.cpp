@@ -192,6 +192,12 @@ Call approximate(Index level) {
     };
 }
 
+// Where some places lie, by cells that are made for them.
+void ask(Object& object) {
+    settle(object);
+    for (Point p : {Point{0, 0}, Point{0.3, 0.2}, Point{0.1, -0.4}}) object.cells().side(p);
+}
+
 Sites with(Sites points, const Sites& more) {
     points.insert(points.end(), more.begin(), more.end());
     return points;
@@ -356,6 +362,13 @@ int main() {
             "settle off a line of " + std::to_string(n),
             [=](Object& o) { grown_set(line(n))(o), o.insert({1, 1}); }, settle);
     }
+
+    // places: the first questions, and changes after them
+    watch_all("ask a few", grown_set(some), ask);
+    watch_all("ask many", settled_set(many), ask);
+    watch_all(
+        "change what was asked",
+        [=](Object& o) { settled_set(many)(o), ask(o), insert(o, {{9, 9}, {0.3, 0.2}}); }, ask);
 
     // removal: waiting, inside, of the hull, of a high degree, back to a line, on a line
     watch_all("remove one that waits", [=](Object& o) { insert(o, some); }, remove_one(some[3]));

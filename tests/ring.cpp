@@ -1,4 +1,5 @@
-// The ring sequence against a plain list, through random splices, and answers against brute force.
+// The ring sequence against a plain list, through random splices, and answers against brute force,
+// with cells that follow and without.
 //
 // The model is a list of vertices; what a change does to it is told as the boundary tells it: each
 // vertex that is followed by another one than before, each slot that got a new site. The polygons
@@ -12,8 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "queries.hpp"
-#include "splices.hpp"
+#include "collision.hpp"
 
 using namespace flintknap;
 
@@ -81,7 +81,8 @@ class Model {
         }
     }
 
-    void compare(const Ring& ring) {
+    void compare(Cells& cells) {
+        const Ring& ring = cells.ring();
         std::string broken = ring.check(*this);
         if (!broken.empty()) fail(broken);
         if (list_.empty()) return;
@@ -103,17 +104,14 @@ class Model {
         if (ring.between(expected[at(a)], expected[at(b)], expected[at(c)]) != is_between)
             fail("who lies between whom");
         compare_sides(ring);
+        if (is_flat(ring.node(ring.root()).box)) return;  // as no boundary is: cells expect none
+        broken = cells.check();
+        if (!broken.empty()) fail(broken);
+        compare_answers(cells);
     }
 
     void compare_sides(const Ring& ring) {
-        std::vector<Point> places = {{-1, 3}, {3, -1}, {99, 3}, {3, 99}};
-        for (int i = 0; i < 20; ++i) {
-            Point a = site(list_[random(size())]), b = site(list_[random(size())]);
-            places.push_back(a);
-            places.push_back({a.x, b.y});
-            places.push_back({(a.x + b.x) / 2, (a.y + b.y) / 2});
-            places.push_back(somewhere());
-        }
+        std::vector<Point> places = some_places();
         Sides sides(ring);
         sides.ask(
             places.size(), [&](std::size_t i) { return places[i]; },
@@ -123,9 +121,41 @@ class Model {
             });
     }
 
+    void compare_answers(Cells& cells) {
+        const Ring& ring = cells.ring();
+        auto by_tree = [](Index, Index) { return true; };
+        std::vector<Point> places = some_places();
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            Point q = places[i];
+            if (cells.side(q) != side(ring, q)) fail("another side, by cells");
+            if (i % 4 != 0) continue;
+            double far = NearestSearch(ring).ask_distance(q);
+            if (far != NearestSearch(ring, &cells).ask_distance(q)) fail("another distance");
+            for (Point to : {q, places[i / 2], Point{q.x + 1, q.y - 1}, Point{q.x, q.y + 9}}) {
+                Segment s(q, to);
+                if (intersects(cells, s) != any_contact(ring, ring.root(), s, by_tree))
+                    fail("another contact");
+            }
+        }
+    }
+
     Links links;
 
    private:
+    static bool is_flat(const Box& b) { return b.x_low == b.x_high || b.y_low == b.y_high; }
+
+    std::vector<Point> some_places() {
+        std::vector<Point> places = {{-1, 3}, {3, -1}, {99, 3}, {3, 99}};
+        for (int i = 0; i < 20; ++i) {
+            Point a = site(list_[random(size())]), b = site(list_[random(size())]);
+            places.push_back(a);
+            places.push_back({a.x, b.y});
+            places.push_back({(a.x + b.x) / 2, (a.y + b.y) / 2});
+            places.push_back(somewhere());
+        }
+        return places;
+    }
+
     Point somewhere() { return {double(random(grid_)), double(random(grid_))}; }
 
     Index new_vertex() {
@@ -201,20 +231,22 @@ void run(unsigned seed) {
     Model model(seed);
     Ring ring;
     Splices splices;
-    splices.update(ring, model, model.links);
-    model.compare(ring);
+    Cells cells(ring);
+    auto follow = [&] {
+        if (splices.update(ring, model, model.links)) cells.follow(splices);
+        model.compare(cells);
+    };
+    follow();
     model.grow(0, 3 + model.random(seed % 4 == 0 ? 40 : 3000));
     model.tell();
     for (int step = 0; step < 60; ++step) {
-        splices.update(ring, model, model.links);
-        model.compare(ring);
+        follow();
         for (std::size_t n = 1 + model.random(3); n > 0; --n) change(model);
         model.tell();
     }
     model.shrink(0, model.size());
     model.tell();
-    splices.update(ring, model, model.links);
-    model.compare(ring);
+    follow();
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
+Segments = NDArray[np.float64]  # (n, 4)
 # "one" point or a "batch" arrives; "look" asks for the triangles alone, "ask" for everything.
 Operation = tuple[Literal["one", "batch", "look", "ask"], Points]
 
@@ -207,3 +208,37 @@ def at_offset(draw: DrawFn, size: int) -> Points:
 
 
 FAMILIES.append(at_offset)
+
+
+@st.composite
+def places(draw: DrawFn, points: Points, size: int = 8) -> Points:
+    """Where it matters: at points, a bit beside them, between them, on their lines, anywhere."""
+    pool = points if len(points) else np.zeros((1, 2))
+    row = st.integers(0, len(pool) - 1)
+    chosen = []
+    for _ in range(draw(st.integers(1, size))):
+        a, b = pool[draw(row)], pool[draw(row)]
+        kind = draw(st.sampled_from(["at", "beside", "between", "along", "mixed", "any"]))
+        if kind == "at":
+            p = a
+        elif kind == "beside":
+            p = nudged(a, np.array([draw(st.integers(-2, 2)), draw(st.integers(-2, 2))], float))
+        elif kind == "between":
+            p = a / 2 + b / 2
+        elif kind == "along":
+            p = a + draw(st.sampled_from([-1.0, 0.25, 2.0])) * (b - a)
+        elif kind == "mixed":
+            p = np.array([a[0], b[1]])
+        else:
+            p = np.array([draw(coordinates), draw(coordinates)])
+        chosen.append(np.where(admissible(p), p, 0.0))
+    return np.array(chosen)
+
+
+@st.composite
+def segments(draw: DrawFn, points: Points, size: int = 10) -> Segments:
+    """Between such places: on, along and beside edges, through vertices, of no length."""
+    ends = draw(places(points, size))
+    rows = st.integers(0, len(ends) - 1)
+    chosen = draw(st.lists(st.tuples(rows, rows), min_size=1, max_size=size))
+    return np.array([[*ends[i], *ends[j]] for i, j in chosen])

@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
 import flintknap as fk
+import judges
 import strategies
 from flintknap.reference import collision as exact
-from strategies import Points, nudged
-
-Segments = Points  # (n, 4)
+from strategies import Points, Segments
 
 
 def wavy(n: int, seed: int, noise: float = 0.0, at: tuple[float, float] = (0.0, 0.0)) -> Points:
@@ -38,43 +37,15 @@ NOTCH = [*SQUARE, (2.0, 1.0)]  # from the bottom side, or from another: the boun
 
 
 @st.composite
-def places(draw: DrawFn, points: Points, size: int = 8) -> Points:
-    """Where it matters: at points, a bit beside them, between them, on their lines, anywhere."""
-    pool = points if len(points) else np.zeros((1, 2))
-    row = st.integers(0, len(pool) - 1)
-    chosen = []
-    for _ in range(draw(st.integers(1, size))):
-        a, b = pool[draw(row)], pool[draw(row)]
-        kind = draw(st.sampled_from(["at", "beside", "between", "along", "mixed", "any"]))
-        if kind == "at":
-            p = a
-        elif kind == "beside":
-            p = nudged(a, np.array([draw(st.integers(-2, 2)), draw(st.integers(-2, 2))], float))
-        elif kind == "between":
-            p = a / 2 + b / 2
-        elif kind == "along":
-            p = a + draw(st.sampled_from([-1.0, 0.25, 2.0])) * (b - a)
-        elif kind == "mixed":
-            p = np.array([a[0], b[1]])
-        else:
-            p = np.array([draw(strategies.coordinates), draw(strategies.coordinates)])
-        chosen.append(np.where(strategies.admissible(p), p, 0.0))
-    return np.array(chosen)
-
-
-@st.composite
 def rings_and_places(draw: DrawFn) -> tuple[Points, Points]:
     points = draw(strategies.point_sets(30))
-    return points, draw(places(points))
+    return points, draw(strategies.places(points))
 
 
 @st.composite
 def rings_and_segments(draw: DrawFn) -> tuple[Points, Segments]:
     points = draw(strategies.point_sets(30))
-    ends = draw(places(points, 10))
-    rows = st.integers(0, len(ends) - 1)
-    chosen = draw(st.lists(st.tuples(rows, rows), min_size=1, max_size=10))
-    return points, np.array([[*ends[i], *ends[j]] for i, j in chosen])
+    return points, draw(strategies.segments(points))
 
 
 # ---------------------------------------------------------------------- distances
@@ -82,23 +53,7 @@ def rings_and_segments(draw: DrawFn) -> tuple[Points, Segments]:
 @given(rings_and_places())
 def test_distances_agree_with_fractions(case: tuple[Points, Points]) -> None:
     points, asked = case
-    engine = made(points)
-    boundary = engine.boundary()
-    ring, ids = boundary.xy, [*boundary.ids.tolist(), *boundary.ids[:1].tolist()]
-    told = engine.nearest(asked)
-    assert engine.distance(asked).tolist() == told.distance.tolist()
-    for i, (x, y) in enumerate(asked.tolist()):
-        single = engine.nearest(x, y)
-        assert engine.distance(x, y) == single.distance == told.distance[i]
-        expected_x, expected_y, far, row = exact.nearest(ring, x, y)
-        assert single.distance == far
-        assert (single.start, single.stop) == ((-1, -1) if row < 0 else (ids[row], ids[row + 1]))
-        np.testing.assert_equal([c[i] for c in told], list(single))
-        if row >= 0:
-            scale = max(abs(ring[row]).max(), abs(ring[(row + 1) % len(ring)]).max())
-            np.testing.assert_allclose(
-                [single.x, single.y], [expected_x, expected_y], rtol=2**-52, atol=scale * 2**-90
-            )
+    judges.distances(made(points), asked)
 
 
 def test_distances_at_both_ends_of_the_range() -> None:
@@ -160,25 +115,7 @@ def test_answers_forget_history() -> None:
 @given(rings_and_segments())
 def test_segments_agree_with_fractions(case: tuple[Points, Segments]) -> None:
     points, segments = case
-    engine = made(points)
-    boundary = engine.boundary()
-    ring, ids = boundary.xy, [*boundary.ids.tolist(), *boundary.ids[:1].tolist()]
-    columns = segments.T
-    meets, held = engine.intersects(*columns), engine.contains_segment(*columns)
-    hits, found = engine.first_hit(*columns), engine.crossings(*columns)
-    for i, segment in enumerate(segments.tolist()):
-        expected = exact.crossings(ring, *segment)
-        rows = found.segment == i
-        edges = zip(found.start[rows].tolist(), found.stop[rows].tolist(), strict=True)
-        assert found.t[rows].tolist() == [t for t, _ in expected]
-        assert list(edges) == [(ids[row], ids[row + 1]) for _, row in expected]
-        assert meets[i] == engine.intersects(*segment) == bool(expected)
-        np.testing.assert_equal([c[i] for c in hits], list(engine.first_hit(*segment)))
-        np.testing.assert_equal(hits.t[i], exact.first_hit(ring, *segment)[0])
-        if expected:
-            assert hits.start[i] == ids[expected[0][1]]
-        inside = exact.contains_segment(ring, *segment)
-        assert held[i] == engine.contains_segment(*segment) == (inside and len(ring) > 0)
+    judges.segments(made(points), segments)
 
 
 def test_segments_agree_with_geos() -> None:

@@ -41,7 +41,22 @@ def judge(scene: fk.Scene, x: float, y: float) -> None:
     far = [(scene[each].distance(x, y), each) for each in scene]
     least = min(far, default=(math.inf, ""))
     assert (told.distance, name) == (least if least[0] < math.inf else (math.inf, None))
+    same_of_many(scene, np.array([(x, y), (y, x), (x, y), (0.5, 0.5)]))
     scene.check()
+
+
+def same_of_many(scene: fk.Scene, places: Points) -> None:
+    """Arrays are answered as each place is."""
+    held = scene.contains(places)
+    singles = [scene.contains(x, y) for x, y in places.tolist()]
+    assert isinstance(held, fk.Held)
+    pairs = list(zip(held.place.tolist(), held.name.tolist(), strict=True))
+    assert pairs == [(i, name) for i, names in enumerate(singles) for name in names]
+    names, told = scene.nearest(places[:, 0], places[:, 1])
+    for i, (x, y) in enumerate(places.tolist()):
+        name, single = scene.nearest(x, y)
+        assert names[i] == name
+        np.testing.assert_equal([column[i] for column in told], list(single))
 
 
 def test_a_mapping_of_names() -> None:
@@ -92,6 +107,39 @@ def test_an_empty_scene() -> None:
     assert told.distance == math.inf
     with pytest.raises(fk.InputError, match="y: got nan"):
         scene.contains(0.0, math.nan)
+    with pytest.raises(fk.InputError, match="row 1: got"):
+        scene.nearest([0.0, math.nan], 0.0)
+    assert [len(column) for column in scene.contains([0.0, 1.0], 0.0)] == [0, 0]
+    names, told = scene.nearest([0.0, 1.0], 0.0)
+    assert names.tolist() == [None, None]
+    assert told.distance.tolist() == [math.inf, math.inf]
+    assert told.start.tolist() == [-1, -1]
+
+
+def test_many_places_at_once() -> None:
+    scene = fk.Scene({"b": square(0.0), "a": square(0.5), "c": square(5.0), "flat": fk.Engine()})
+    del scene["b"]
+    scene["d"] = square(0.0)
+    held = scene.contains([[0.25, 0.75], [1.0, 9.0]], 0.5)
+    assert held.place.tolist() == [0, 1, 1, 2, 2]
+    assert held.name.tolist() == ["d", "a", "d", "a", "d"]
+    names, told = scene.nearest([[0.25, 3.5], [1.0, 9.0]], np.float32(0.5))
+    assert names.tolist() == [["a", "c"], ["d", "c"]]  # the first of two by name, first
+    assert told.distance.tolist() == [[0.25, 1.5], [0.0, 3.0]]
+    assert told.x.dtype == told.distance.dtype == np.float64
+    assert told.start.dtype == np.int64
+    assert scene.contains(np.float64(0.25), 0) == ["d"]
+    assert scene.nearest(9, 0)[0] == "c"
+    assert [len(column) for column in scene.contains(np.zeros((0, 2)))] == [0, 0]
+
+
+def test_many_places_in_many_objects() -> None:
+    rng = np.random.default_rng(9)
+    scene = fk.Scene()
+    for i in range(60):
+        x, y = rng.uniform(-3, 3, 2).tolist()
+        scene[f"{i}"] = square(x, y, 10.0 ** rng.uniform(-2, 0.5))
+    same_of_many(scene, np.concatenate([rng.uniform(-4, 4, (300, 2)), scene["7"].points()]))
 
 
 def test_objects_of_all_sizes() -> None:

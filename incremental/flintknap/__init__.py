@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from flintknap._kernel import MAX_MAGNITUDE, MIN_MAGNITUDE
     from flintknap.boundary import Boundary
     from flintknap.changes import Changes
-    from flintknap.collision import Bounds, Crossings, Hit, Nearest
+    from flintknap.collision import Bounds, Crossings, Held, Hit, Nearest
     from flintknap.engine import Engine
     from flintknap.errors import InputError, InvariantError, LogError
     from flintknap.flintstones import Approximation, Flintstones
@@ -35,6 +35,7 @@ __all__ = [
     "Crossings",
     "Engine",
     "Flintstones",
+    "Held",
     "Hit",
     "InputError",
     "InvariantError",
@@ -49,7 +50,7 @@ __all__ = [
 _ROOMS = {
     "boundary": ["Boundary"],
     "changes": ["Changes"],
-    "collision": ["Bounds", "Crossings", "Hit", "Nearest"],
+    "collision": ["Bounds", "Crossings", "Held", "Hit", "Nearest"],
     "engine": ["Engine"],
     "errors": ["InputError", "InvariantError", "LogError"],
     "flintstones": ["Approximation", "Flintstones"],

@@ -1,4 +1,4 @@
-"""What collision queries return: the nearest point, the first hit, all crossings, bounds.
+"""What collision queries return: the nearest point, the first hit, all crossings, bounds, holders.
 
 Of scalars, scalars; of arrays, arrays of their common shape. Edges are told by the ids of their
 ends, `start` and `stop`, counter-clockwise along the boundary.
@@ -82,6 +82,18 @@ class Crossings(NamedTuple):
     t: NDArray[np.float64]
     start: NDArray[np.int64]
     stop: NDArray[np.int64]
+
+
+class Held(NamedTuple):
+    """The objects of a scene that contain places, one place and one object a row.
+
+    ``place`` is the index of the place, among those of the call if they are laid out in a row, and
+    ``name`` that of the object (str). Sorted by place, then by name; a place that no object
+    contains has no row.
+    """
+
+    place: NDArray[np.int64]
+    name: NDArray[np.object_]
 
 
 def shaped(columns: tuple[NDArray[Any], ...], shape: tuple[int, ...]) -> list[Any]:

@@ -298,8 +298,11 @@ class Engine:
 
         A bool for two numbers, else bool of the common shape. Cost and errors as of side.
         """
-        side = self.side(x, y)
-        return side >= 0
+        if isinstance(x, float) and isinstance(y, float):
+            side = self._kernel.side(x, y)
+            if side <= 1:
+                return side >= 0
+        return self.side(x, y) >= 0
 
     # ------------------------------------------------------------------ approximations
     def approximate(

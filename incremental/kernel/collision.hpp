@@ -21,10 +21,11 @@
 //                \ .  object    left: of uv and vw both if the ring turns left at v, of one of
 //            u -> v  . . e      them if it turns right; or else they lead out
 //
-// Contacts are found from the top of the tree: a node is passed over if its box has no point in
-// common with that of the segment, or lies on one side of its line beyond all rounding. Two rings
-// descend together, the larger node first; if none of their edges meet, one object holds the other
-// or they are apart, which any one vertex tells.
+// Contacts of a segment in two cells by two are found in their leaves (cells.hpp). Otherwise, and
+// where one of them is crowded, from the top of the tree: a node is passed over if its box has no
+// point in common with that of the segment, or lies on one side of its line beyond all rounding.
+// Two rings descend together, the larger node first; if none of their edges meet, one object holds
+// the other or they are apart, which any one vertex tells.
 //
 // Cost: the boxes that meet the segment; of two rings, the pairs of boxes that do.
 #pragma once
@@ -36,16 +37,6 @@ namespace flintknap {
 
 inline Box box_of(Point a, Point b) {
     return {std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)};
-}
-
-inline bool overlap(const Box& a, const Box& b) {
-    return (a.x_low <= b.x_high) & (b.x_low <= a.x_high) & (a.y_low <= b.y_high) &
-           (b.y_low <= a.y_high);
-}
-
-// The place of the lowest bit.
-inline Index lowest(std::int64_t bits) {
-    return __builtin_ctzll(static_cast<unsigned long long>(bits));
 }
 
 class Segment {
@@ -74,25 +65,22 @@ class Segment {
     }
 
     // The edges of a leaf that may meet the segment, as bits: those whose ends are not both beyond
-    // the same side of its box, or certainly on the same side of its line. Without a branch.
+    // the same side of its box; if they are many, nor certainly on the same side of its line.
     std::int64_t candidates(const Ring::Leaf& leaf, Index count) const {
-        std::int64_t before = 0, behind = 0, under = 0, over = 0, left = 0, right = 0;
-        for (Index i = 0; i < Ring::kRoom; ++i) {  // those behind the last count for nothing
-            std::int64_t bit = std::int64_t{1} << i;
-            double x = leaf.x[i], y = leaf.y[i];
-            before |= x < box.x_low ? bit : 0;
-            behind |= x > box.x_high ? bit : 0;
-            under |= y < box.y_low ? bit : 0;
-            over |= y > box.y_high ? bit : 0;
-            double first = x_ * (y - p.y), second = y_ * (x - p.x);
-            double slack = 16 * kUlp * (std::fabs(first) + std::fabs(second));
-            left |= first - second > slack ? bit : 0;
-            right |= second - first > slack ? bit : 0;
+        constexpr int few = 6;
+        Gathered before, behind, under, over;
+        for (int i = 0; i < Ring::kRoom / 2; ++i) {  // those behind the last count for nothing
+            Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
+            before.add(i, x < both(box.x_low));
+            behind.add(i, x > both(box.x_high));
+            under.add(i, y < both(box.y_low));
+            over.add(i, y > both(box.y_high));
         }
-        auto both = [](std::int64_t ends) { return ends & (ends >> 1); };
-        std::int64_t beside =
-            both(before) | both(behind) | both(under) | both(over) | both(left) | both(right);
-        return ~beside & ((std::int64_t{1} << count) - 1);
+        std::int64_t beside = ends(before) | ends(behind) | ends(under) | ends(over);
+        std::int64_t left = ~beside & ((std::int64_t{1} << count) - 1);
+        return __builtin_popcountll(static_cast<unsigned long long>(left)) <= few
+                   ? left
+                   : left & ~on_one_side(leaf);
     }
 
     bool meets(Edge e) const {
@@ -107,6 +95,23 @@ class Segment {
     const Box box;
 
    private:
+    // The edges with both ends among vertices.
+    static std::int64_t ends(const Gathered& vertices) {
+        return vertices.bits() & (vertices.bits() >> 1);
+    }
+
+    std::int64_t on_one_side(const Ring::Leaf& leaf) const {
+        Gathered left, right;
+        for (int i = 0; i < Ring::kRoom / 2; ++i) {
+            Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
+            Lanes first = both(x_) * (y - both(p.y)), second = both(y_) * (x - both(p.x));
+            Lanes slack = both(16 * kUlp) * (magnitudes(first) + magnitudes(second));
+            left.add(i, first - second > slack);
+            right.add(i, second - first > slack);
+        }
+        return ends(left) | ends(right);
+    }
+
     double x_, y_;
 };
 
@@ -170,8 +175,19 @@ bool any_contact(const Ring& ring, Index n, const Segment& s, F&& f) {
     return false;
 }
 
-inline bool intersects(const Ring& ring, const Segment& s) {
-    return !ring.empty() && any_contact(ring, ring.root(), s, [](Index, Index) { return true; });
+// The same of the whole ring; of a short segment, edges may be told more than once.
+template <class F>
+bool any_contact(Cells& cells, const Segment& s, F&& f) {
+    const Ring& ring = cells.ring();
+    if (ring.empty() || !s.may_meet(ring.node(ring.root()).box)) return false;
+    bool found = false;
+    bool is_all =
+        cells.visit(s.box, [&](Index leaf) { return found = any_contact(ring, leaf, s, f); });
+    return is_all ? found : any_contact(ring, ring.root(), s, f);
+}
+
+inline bool intersects(Cells& cells, const Segment& s) {
+    return any_contact(cells, s, [](Index, Index) { return true; });
 }
 
 // An edge by its leaf and its place there, and where the segment first meets it.
@@ -184,8 +200,13 @@ class Hits {
    public:
     Hits(const Ring& ring, const Segment& s) : ring_(ring), s_(s) {}
 
-    Hit first() {
-        if (!ring_.empty() && s_.may_meet(ring_.node(ring_.root()).box)) enter(ring_.root());
+    Hit first(Cells& cells) {
+        if (ring_.empty() || !s_.may_meet(ring_.node(ring_.root()).box)) return first_;
+        auto scan_near = [&](Index leaf) {
+            if (s_.may_meet(ring_.node(leaf).box)) scan(leaf);
+            return false;
+        };
+        if (!cells.visit(s_.box, scan_near)) enter(ring_.root());
         return first_;
     }
 
@@ -208,17 +229,22 @@ class Hits {
         return edge_of(ring_.leaf(a.leaf), a.place).a < edge_of(ring_.leaf(b.leaf), b.place).a;
     }
 
+    void scan(Index n) {
+        const Ring::Leaf& leaf = ring_.leaf(n);
+        std::int64_t left = s_.candidates(leaf, ring_.node(n).count);
+        for (; left != 0; left &= left - 1) {
+            Index i = lowest(left);
+            if (!s_.meets(edge_of(leaf, i))) continue;
+            Hit hit = {s_.parameter(edge_of(leaf, i)), n, i};
+            if (first_.leaf == kNone || comes_before(hit, first_)) first_ = hit;
+        }
+    }
+
     // A node that the segment may meet, before the first hit so far.
     void enter(Index n) {
         const Ring::Node& node = ring_.node(n);
         if (node.right == kNone) {
-            const Ring::Leaf& leaf = ring_.leaf_at(node);
-            for (std::int64_t left = s_.candidates(leaf, node.count); left != 0; left &= left - 1) {
-                Index i = lowest(left);
-                if (!s_.meets(edge_of(leaf, i))) continue;
-                Hit hit = {s_.parameter(edge_of(leaf, i)), n, i};
-                if (first_.leaf == kNone || comes_before(hit, first_)) first_ = hit;
-            }
+            scan(n);
             return;
         }
         const Box &left = ring_.node(node.left).box, &right = ring_.node(node.right).box;
@@ -266,10 +292,10 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 }
 
 // Whether a segment lies in the closed object.
-inline bool holds_segment(const Ring& ring, const Segment& s) {
-    if (side(ring, s.p) < 0 || side(ring, s.q) < 0) return false;
-    return !any_contact(ring, ring.root(), s,
-                        [&](Index n, Index i) { return leads_out_at(ring, n, i, s); });
+inline bool holds_segment(Cells& cells, const Segment& s) {
+    if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;
+    return !any_contact(cells, s,
+                        [&](Index n, Index i) { return leads_out_at(cells.ring(), n, i, s); });
 }
 
 // ------------------------------------------------------------------ two rings

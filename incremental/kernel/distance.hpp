@@ -12,17 +12,20 @@
 // so the answer is one of the ring, whatever the shape of the tree. Of two rings that do not
 // meet, the distance is that of a vertex of one to an edge of the other: the smallest of them.
 //
-// The search descends into the nearer box first and passes over boxes beyond the best so far. In a
-// leaf, plain doubles with an error bound (`kSlack` times the terms) pass over nearly all edges;
-// what is left in the end, one or two, is looked at closely. Bounds err to the side of looking.
+// The search looks into the leaves of the cell (cells.hpp) first, and is done if nothing beyond the
+// cell is as near. Otherwise it descends the tree, into the nearer box first, passing over boxes
+// beyond the best so far. In a leaf, plain doubles with an error bound (`kSlack` times the terms)
+// pass over nearly all edges; what is left in the end, one or two, is looked at closely. Bounds err
+// to the side of looking.
 //
-// Cost: one place, O(log n) boxes on curves unless many edges are equally far (the centre of a
-// circle); two rings, what lies between their nearest parts.
+// Cost: one place, the leaves of a cell, or O(log n) boxes on curves unless many edges are equally
+// far (the centre of a circle); two rings, what lies between their nearest parts.
 #pragma once
 
 #include <limits>
+#include <optional>
 
-#include "ring.hpp"
+#include "cells.hpp"
 
 namespace flintknap {
 
@@ -78,11 +81,14 @@ inline Part nearest_part(Point a, Point b, Point q) {
 }
 
 inline double distance(Point a, Point b) {
+    if (a.x == b.x || a.y == b.y) return std::fabs((a.x - b.x) + (a.y - b.y));  // rounded once
     return pair_root(squared_length(two_diff(a.x, b.x), two_diff(a.y, b.y))).high;
 }
 
 inline double distance_to_edge(Point a, Point b, Point q, Part part) {
     if (part != Part::between) return distance(part == Part::start ? a : b, q);
+    if (a.x == b.x) return std::fabs(a.x - q.x);
+    if (a.y == b.y) return std::fabs(a.y - q.y);
     Pair cross = accurate_cross(a, b, q);
     if (cross.high == 0) return 0;
     Pair length = pair_root(squared_length(two_diff(a.x, b.x), two_diff(a.y, b.y)));
@@ -131,29 +137,42 @@ struct Nearest {
 // Looks for the nearest edge within a distance known beforehand, or for any.
 class NearestSearch {
    public:
-    explicit NearestSearch(const Ring& ring) : ring_(ring) {}
+    explicit NearestSearch(const Ring& ring, Cells* cells = nullptr) : ring_(ring), cells_(cells) {}
 
     // Nothing within the limit: a Nearest without a leaf, or one beyond the limit.
     Nearest ask(Point q, double limit = std::numeric_limits<double>::infinity()) {
         begin(q, limit);
-        if (!ring_.empty()) enter(ring_.root());
-        return end();
+        search();
+        look();
+        return nearest();
     }
 
-    // The same of the edges of one leaf.
-    Nearest ask_leaf(Index leaf, Point q, double limit) {
+    // The distance alone; the same of the edges of one leaf.
+    double ask_distance(Point q, double limit = std::numeric_limits<double>::infinity()) {
+        begin(q, limit);
+        search();
+        return look();
+    }
+    double ask_leaf(Index leaf, Point q, double limit) {
         begin(q, limit);
         scan(leaf);
-        return end();
+        return look();
+    }
+
+    // A vertex of an edge that was nearest last.
+    std::optional<Point> vertex() const {
+        if (candidates_.empty()) return {};
+        return edge_of(ring_.leaf(candidates_[0].leaf), candidates_[0].place).a;
     }
 
    private:
     static constexpr double kSlack = 32 * kUlp;
 
-    // An edge that may be the nearest: it is no nearer than `least`.
+    // An edge that may be the nearest: it is no nearer than `far`, and as far if looked at.
     struct Candidate {
-        double least;
+        double far;
         Index leaf, place;
+        Part part;
     };
 
     void begin(Point q, double limit) {
@@ -162,13 +181,28 @@ class NearestSearch {
         candidates_.clear();
     }
 
-    // Looks closely at those that are left.
-    Nearest end() {
-        Nearest best;
-        for (const Candidate& c : candidates_) {
-            if (c.least <= limit_) look_at(c, best);
+    void search() {
+        if (ring_.empty() || search_cell()) return;
+        candidates_.clear();
+        enter(ring_.root());
+    }
+
+    // Whether what is nearest lies in the cell of q. If not, something of it is within the limit.
+    bool search_cell() {
+        if (cells_ == nullptr || !ring_.node(ring_.root()).box.holds(q_)) return false;
+        const Cells::Cell* cell = cells_->find(q_);
+        if (cell == nullptr || cell->count == 0) return false;
+        double gaps[Cells::kRoom];
+        for (std::size_t i = 0; i < cell->count; ++i) {
+            gaps[i] = squared_gap(ring_.node(cell->leaves[i]).box, q_);
         }
-        return best;
+        for (std::size_t left = cell->count; left > 0; --left) {
+            double* least = std::min_element(gaps, gaps + cell->count);
+            if (*least > gap_within(limit_)) break;
+            scan(cell->leaves[least - gaps]);
+            *least = std::numeric_limits<double>::infinity();
+        }
+        return cells_->reaches(q_, gap_within(limit_));
     }
 
     void enter(Index n) {
@@ -188,49 +222,90 @@ class NearestSearch {
         if (far_gap <= gap_within(limit_)) enter(far);
     }
 
+    // Squared distances of q to two edges.
+    Lanes squares(Lanes ax, Lanes ay, Lanes bx, Lanes by) const {
+        Lanes x = bx - ax, y = by - ay;
+        ax -= both(q_.x);
+        ay -= both(q_.y);
+        Lanes t = -(ax * x + ay * y) / (x * x + y * y);
+        t = chosen(t < both(0), both(0), t);
+        t = chosen(t > both(1), both(1), t);
+        Lanes fx = ax + t * x, fy = ay + t * y;
+        return fx * fx + fy * fy;
+    }
+
     void scan(Index n) {
         const Ring::Leaf& leaf = ring_.leaf(n);
-        Index count = ring_.node(n).count;
-        double square[Ring::kRoom], least = std::numeric_limits<double>::infinity();
-        for (Index i = 0; i < count; ++i) {
-            double ax = leaf.x[i] - q_.x, ay = leaf.y[i] - q_.y;
-            double x = leaf.x[i + 1] - leaf.x[i], y = leaf.y[i + 1] - leaf.y[i];
-            double t = -(ax * x + ay * y) / (x * x + y * y);
-            t = t < 0 ? 0 : t;
-            t = t > 1 ? 1 : t;
-            double fx = ax + t * x, fy = ay + t * y;
-            square[i] = fx * fx + fy * fy;
+        int count = ring_.node(n).count;
+        constexpr double inf = std::numeric_limits<double>::infinity();
+        double square[Ring::kRoom];
+        Lanes least = both(inf);
+        auto keep = [&](int i, Lanes of) {
+            std::memcpy(square + i, &of, sizeof of);
+            least = chosen(of < least, of, least);
+        };
+        int i = 0;
+        for (; i + 1 < count; i += 2) {
+            keep(i, squares(load(leaf.x + i), load(leaf.y + i), load(leaf.x + i + 1),
+                            load(leaf.y + i + 1)));
         }
-        for (Index i = 0; i < count; ++i) least = square[i] < least ? square[i] : least;
+        if (i < count) {
+            keep(i, squares(both(leaf.x[i]), both(leaf.y[i]), both(leaf.x[i + 1]),
+                            both(leaf.y[i + 1])));
+        }
         // How far rounding may have taken the roots of the squares, for any edge in the box.
         const Box& b = ring_.node(n).box;
         double wide = b.x_high - b.x_low, high = b.y_high - b.y_low;
         double slack =
             kSlack * (std::fabs(b.x_low - q_.x) + std::fabs(b.y_low - q_.y) + 2 * wide + 2 * high);
-        limit_ = std::min(limit_, std::sqrt(least) + slack);
+        limit_ = std::min(limit_, std::sqrt(std::min(least[0], least[1])) + slack);
         double within = gap_within(limit_ + slack);
-        for (Index i = 0; i < count; ++i) {
-            if (square[i] <= within) candidates_.push_back({std::sqrt(square[i]) - slack, n, i});
+        Gathered gathered;
+        for (i = 0; i < count; i += 2) gathered.add(i / 2, load(square + i) <= both(within));
+        std::int64_t near = gathered.bits() & ((std::int64_t{1} << count) - 1);
+        for (; near != 0; near &= near - 1) {
+            Index place = lowest(near);
+            candidates_.push_back({std::sqrt(square[place]) - slack, n, place, Part::start});
         }
     }
 
-    void look_at(const Candidate& c, Nearest& best) {
-        auto [a, b] = edge_of(ring_.leaf(c.leaf), c.place);
-        Part part = nearest_part(a, b, q_);
-        double far = distance_to_edge(a, b, q_, part);
-        limit_ = std::min(limit_, far);
-        if (far > best.distance) return;
-        Nearest found = {far, nearest_on_edge(a, b, q_, part, far), c.leaf, c.place};
-        if (best.leaf == kNone || comes_before(found, best)) best = found;
+    // Looks closely at those that are left. Returns the least distance, and keeps who has it.
+    double look() {
+        double best = std::numeric_limits<double>::infinity();
+        std::size_t kept = 0;
+        for (Candidate c : candidates_) {
+            if (c.far > limit_) continue;
+            auto [a, b] = edge_of(ring_.leaf(c.leaf), c.place);
+            c.part = nearest_part(a, b, q_);
+            c.far = distance_to_edge(a, b, q_, c.part);
+            limit_ = std::min(limit_, c.far);
+            if (c.far > best) continue;
+            if (c.far < best) kept = 0;
+            best = c.far;
+            candidates_[kept++] = c;
+        }
+        candidates_.resize(kept, Candidate{});
+        return best;
     }
 
-    bool comes_before(const Nearest& a, const Nearest& b) const {
-        if (a.distance != b.distance) return a.distance < b.distance;
-        return a.at == b.at ? start(a) < start(b) : a.at < b.at;
+    // Of those kept, which are equally far, that whose nearest point, then whose start is first.
+    Nearest nearest() const {
+        Nearest best;
+        Point best_start = {};
+        for (const Candidate& c : candidates_) {
+            auto [a, b] = edge_of(ring_.leaf(c.leaf), c.place);
+            Nearest found = {c.far, nearest_on_edge(a, b, q_, c.part, c.far), c.leaf, c.place};
+            bool is_first =
+                best.leaf == kNone || found.at < best.at || (found.at == best.at && a < best_start);
+            if (!is_first) continue;
+            best = found;
+            best_start = a;
+        }
+        return best;
     }
-    Point start(const Nearest& n) const { return edge_of(ring_.leaf(n.leaf), n.place).a; }
 
     const Ring& ring_;
+    Cells* cells_;
     Point q_ = {};
     double limit_ = 0;  // nothing farther is looked for
     std::vector<Candidate> candidates_;
@@ -307,7 +382,7 @@ class Clearance {
         for (Index i = 0; i < rings_[one]->node(m).count; ++i) {
             Point q = {leaf.x[i], leaf.y[i]};
             if (squared_gap(box, q) > gap_within(best_)) continue;
-            best_ = std::min(best_, searches_[1 - one].ask_leaf(n, q, best_).distance);
+            best_ = std::min(best_, searches_[1 - one].ask_leaf(n, q, best_));
         }
     }
 

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "cells.hpp"
 #include "constriction.hpp"
 #include "gamma.hpp"
 #include "hierarchy.hpp"
@@ -157,7 +158,7 @@ class Object {
         hierarchy_.hear(links);
         farthest_.hear(links);
         try {
-            splices_.update(ring_, *this, links);
+            if (splices_.update(ring_, *this, links)) cells_.follow(splices_);
         } catch (...) {
             notes_.forget();  // the ring tells no longer what it was
             throw;
@@ -195,6 +196,9 @@ class Object {
         outline_revision_ = points_.revision();
     }
 
+    // What lies where, on the same ring.
+    Cells& cells() { return cells_; }
+
     // The tree of Flintstones over it, and the one parted at farthest vertices; not to be asked
     // while there is no ring.
     Hierarchy& hierarchy() { return hierarchy_; }
@@ -218,8 +222,9 @@ class Object {
 
     std::size_t bytes() const {
         return points_.bytes() + triangulation_.bytes() + constriction_.bytes() +
-               widening_.bytes() + ring_.bytes() + splices_.bytes() + hierarchy_.bytes() +
-               farthest_.bytes() + notes_.bytes() + (outline_ == nullptr ? 0 : outline_->bytes());
+               widening_.bytes() + ring_.bytes() + splices_.bytes() + cells_.bytes() +
+               hierarchy_.bytes() + farthest_.bytes() + notes_.bytes() +
+               (outline_ == nullptr ? 0 : outline_->bytes());
     }
 
     // The first broken invariant, or nothing. Everything must be settled. O(n log n).
@@ -236,6 +241,7 @@ class Object {
         if (broken.empty()) broken = widening_.check();
         if (!broken.empty() || !constriction_.links().none()) return broken;
         broken = ring_.check(*this);
+        if (broken.empty()) broken = cells_.check();
         if (broken.empty()) broken = hierarchy_.check();
         return broken.empty() ? farthest_.check() : broken;
     }
@@ -319,6 +325,7 @@ class Object {
     Widening widening_;
     Ring ring_;
     Splices splices_;
+    Cells cells_{ring_};
     Hierarchy hierarchy_{triangulation_, ring_, Parting::smaller_disc};
     Hierarchy farthest_{triangulation_, ring_, Parting::farthest};
     Notes notes_;

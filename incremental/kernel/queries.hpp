@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "lanes.hpp"
 #include "order.hpp"
 #include "ring.hpp"
 
@@ -48,23 +49,28 @@ inline unsigned crossed_at_right(const Ring::Node& n, Point q) {
 
 // Of the edges of a leaf. Where each vertex lies is gathered as bits, without a branch.
 inline unsigned crossed_in_leaf(const Ring::Leaf& leaf, Index count, Point q) {
-    std::int64_t above = 0, right = 0, level = 0;
-    for (Index i = 0; i < Ring::kRoom; ++i) {  // those behind the last count for nothing
-        std::int64_t bit = std::int64_t{1} << i;
-        above |= leaf.y[i] > q.y ? bit : 0;
-        right |= leaf.x[i] > q.x ? bit : 0;
-        level |= leaf.y[i] == q.y || leaf.x[i] == q.x ? bit : 0;
+    Gathered gathered_above, gathered_level, gathered_right, gathered_not_left;
+    for (int i = 0; i < Ring::kRoom / 2; ++i) {  // those behind the last count for nothing
+        Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
+        gathered_above.add(i, y > both(q.y));
+        gathered_level.add(i, y == both(q.y));
+        gathered_right.add(i, x > both(q.x));
+        gathered_not_left.add(i, x >= both(q.x));
     }
+    std::int64_t above = gathered_above.bits(), level = gathered_level.bits();
+    std::int64_t right = gathered_right.bits(), not_left = gathered_not_left.bits();
     std::int64_t edges = (std::int64_t{1} << count) - 1;
     std::int64_t crossing = (above ^ (above >> 1)) & edges;
-    // An edge that is not level with q anywhere holds q in its box iff it passes above or below q
-    // from one side to the other.
-    std::int64_t near = level != 0 ? edges : crossing & (right ^ (right >> 1));
+    right &= right >> 1;
+    not_left |= not_left >> 1;
+    // An edge with no end at the height of q holds q in its box only if it passes that height, and
+    // has not both ends to one side.
+    std::int64_t near = level != 0 ? edges : crossing & ~right & not_left;
     crossing &= ~near & right;
     unsigned crossed =
         __builtin_parityll(static_cast<unsigned long long>(crossing)) != 0 ? kOdd : 0;
     for (; near != 0; near &= near - 1) {
-        int i = __builtin_ctzll(static_cast<unsigned long long>(near));
+        int i = lowest(near);
         Point a = {leaf.x[i], leaf.y[i]}, b = {leaf.x[i + 1], leaf.y[i + 1]};
         Box box = {a.x, a.y, a.x, a.y};
         box.extend(b.x, b.y);

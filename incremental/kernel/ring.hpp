@@ -60,10 +60,19 @@ struct Box {
         x_low = std::min(x_low, x), x_high = std::max(x_high, x);
         y_low = std::min(y_low, y), y_high = std::max(y_high, y);
     }
+    void extend(const Box& b) {
+        extend(b.x_low, b.y_low);
+        extend(b.x_high, b.y_high);
+    }
     bool operator==(const Box& b) const {
         return x_low == b.x_low && y_low == b.y_low && x_high == b.x_high && y_high == b.y_high;
     }
 };
+
+inline bool overlap(const Box& a, const Box& b) {
+    return (a.x_low <= b.x_high) & (b.x_low <= a.x_high) & (a.y_low <= b.y_high) &
+           (b.y_low <= a.y_high);
+}
 
 class Ring {
    public:
@@ -410,8 +419,7 @@ class Ring {
         Node x = node(n);
         const Node &l = node(x.left), &r = node(x.right);
         x.box = l.box;
-        x.box.extend(r.box.x_low, r.box.y_low);
-        x.box.extend(r.box.x_high, r.box.y_high);
+        x.box.extend(r.box);
         x.first_y = l.first_y;
         x.last_y = r.last_y;
         x.count = l.count + r.count;

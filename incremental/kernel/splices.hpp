@@ -30,24 +30,29 @@ namespace flintknap {
 class Splices {
    public:
     // Source: ring_size(), slots(), smallest(), on_ring(v), following(v), site(v). If memory ends,
-    // the ring is made from scratch next time.
+    // the ring is made from scratch next time. Returns whether anything may have changed.
     template <class Source>
-    void update(Ring& ring, const Source& source, Links& links) {
-        if (links.none() && source.ring_size() > 0) return;
+    bool update(Ring& ring, const Source& source, Links& links) {
+        if (links.none() && source.ring_size() > 0) return false;
         bool all = links.all() || source.ring_size() == 0 || ring.empty();
         is_whole_ = false;
         links.take(touched_);
+        changed_.clear();
+        changed_all_ = true;
         if (source.ring_size() == 0) {
             ring.clear();
-            return;  // and all is changed when there is a ring again
+            return true;  // and all is changed when there is a ring again
         }
-        if (all || !splice(ring, source)) {
+        if (!all && splice(ring, source)) {
+            changed_all_ = false;
+        } else {
             is_loose_.clear();
             build(ring, source);
         }
         touched_.clear();
         links.restart(at(ring.size()) / 8 + 1);
         is_whole_ = true;
+        return true;
     }
 
     // Where all counts as changed, finds out what is, by comparison with the sequence as it was:
@@ -69,9 +74,15 @@ class Splices {
         }
     }
 
+    // Boxes, each of a stretch of the ring that was replaced by the last update and of what
+    // replaced it; or whether it was all of the ring.
+    const std::vector<Box>& changed() const { return changed_; }
+    bool changed_all() const { return changed_all_; }
+
     std::size_t bytes() const {
         return (touched_.capacity() + loose_.capacity() + walked_.capacity()) * sizeof(Index) +
-               is_loose_.capacity() + walks_.capacity() * sizeof(Walk);
+               is_loose_.capacity() + walks_.capacity() * sizeof(Walk) +
+               changed_.capacity() * sizeof(Box);
     }
 
    private:
@@ -196,12 +207,16 @@ class Splices {
         for (const Walk& w : walks_) {
             Index n = w.old_first, closing = ring.leaf(w.head).vertex[0];
             std::size_t start = w.first;
+            Box changed = ring.node(n).box;
             for (std::size_t i = 1; i <= at(w.old_leaves); ++i, n = ring.leaf_after(n)) {
                 std::size_t end = w.first + i * w.length() / at(w.old_leaves);
+                changed.extend(ring.node(n).box);
                 ring.fill(source, n, &walked_[start], static_cast<Index>(end - start),
                           end == w.last ? closing : walked_[end]);
+                changed.extend(ring.node(n).box);
                 start = end;
             }
+            changed_.push_back(changed);
         }
         for (Index n : loose_) ring.refresh_above(n);
     }
@@ -214,7 +229,12 @@ class Splices {
             ring.cut_before(w.old_first);
             ring.cut_before(w.old_head);
         }
-        for (const Walk& w : walks_) ring.uproot(ring.root_of(w.old_first));
+        Box changed = ring.node(walks_[0].old_first).box;
+        for (const Walk& w : walks_) {
+            Index old = ring.root_of(w.old_first);
+            changed.extend(ring.node(old).box);
+            ring.uproot(old);
+        }
         auto by_tail = [](const Walk& a, const Walk& b) { return a.tail < b.tail; };
         std::sort(walks_.begin(), walks_.end(), by_tail);
         Index tree = kNone, block = ring.root_of(walks_[0].head);
@@ -223,10 +243,12 @@ class Splices {
             const Walk& w = *std::lower_bound(walks_.begin(), walks_.end(), wanted, by_tail);
             Index closing = ring.leaf(w.head).vertex[0];
             Index between = ring.plant(source, &walked_[w.first], w.length(), closing);
+            changed.extend(ring.node(between).box);
             Index after = ring.root_of(w.head);
             tree = ring.join(ring.join(tree, block), between);
             block = after;
         }
+        changed_.push_back(changed);
     }
 
     bool is_whole_ = false;  // the sequence is what the last update made of it
@@ -234,6 +256,8 @@ class Splices {
     std::vector<char> is_loose_;  // by node
     std::vector<Walk> walks_;
     std::vector<Index> walked_;
+    std::vector<Box> changed_;
+    bool changed_all_ = true;
 };
 
 }  // namespace flintknap

@@ -206,6 +206,7 @@ class Whole {
     const Triangulation& triangulation() const { return object_->triangulation(); }
     const Constriction& constriction() const { return object_->constriction(); }
     const Ring& ring() const { return object_->ring(); }
+    Cells& cells() { return object_->cells(); }
 
    private:
     Index handle(std::int64_t id) const {
@@ -281,8 +282,9 @@ class Bare {
         settle();
         std::string broken = t_->check();
         if (broken.empty() && !t_->is_flat()) broken = c_->check();
-        splices_.update(ring_, *this, c_->links());
+        if (splices_.update(ring_, *this, c_->links())) cells_.follow(splices_);
         if (broken.empty()) broken = ring_.check(*this);
+        if (broken.empty()) broken = cells_.check();
         if (!broken.empty()) fail(broken);
         if (at(t_->size()) != model_.size()) fail("another number of sites");
     }
@@ -299,12 +301,14 @@ class Bare {
     const Triangulation& triangulation() const { return *t_; }
     const Constriction& constriction() const { return *c_; }
     const Ring& ring() const { return ring_; }
+    Cells& cells() { return cells_; }
 
    private:
     std::unique_ptr<Triangulation> t_ = std::make_unique<Triangulation>();
     std::unique_ptr<Constriction> c_ = std::make_unique<Constriction>(*t_);
     Ring ring_;
     Splices splices_;
+    Cells cells_{ring_};
     bool is_built_ = false;  // and has been told of every change since
     Model model_;            // its ids are slots
 };
@@ -324,6 +328,7 @@ void compare(Subject& subject) {
         fail("an object made from scratch has other triangles");
     for (const auto& [p, known] : subject.model()) {
         int where = side(subject.ring(), p);
+        if (subject.cells().side(p) != where) fail("cells tell another side");
         if (subject.triangulation().is_flat() ? where != -1 : where < 0) fail("a point is outside");
     }
 }

@@ -44,12 +44,15 @@ def squared_distance(a: Site, b: Site, p: Site) -> Fraction:
     return Fraction(orient(a, b, p) ** 2, dot(b, b, a))
 
 
+def squared(ring: ArrayLike, x: float, y: float) -> Fraction:
+    """Return the distance of (x, y) to the ring, of which there is one, squared."""
+    *corners, p, unit = _integers(ring, [(x, y)])
+    return min(squared_distance(a, b, p) for a, b in pairs_of(corners)) / unit[0] ** 2
+
+
 def distance(ring: ArrayLike, x: float, y: float) -> float:
     """Return the distance of (x, y) to the ring, correctly rounded; inf without a ring."""
-    *corners, p, unit = _integers(ring, [(x, y)])
-    if not corners:
-        return inf
-    return root(min(squared_distance(a, b, p) for a, b in pairs_of(corners)) / unit[0] ** 2)
+    return root(squared(ring, x, y)) if len(np.asarray(ring)) else inf
 
 
 def nearest(ring: ArrayLike, x: float, y: float) -> tuple[float, float, float, int]:

@@ -13,7 +13,7 @@ double d_min(Kernel& k) {
 int side_one(Kernel& k, double x, double y) {
     if (!is_admissible({x, y})) return 2;
     auto turn = k.with_ring();
-    return side(k.object().ring(), {x, y});
+    return k.object().cells().side({x, y});
 }
 
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {

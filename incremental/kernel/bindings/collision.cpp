@@ -1,6 +1,8 @@
 // How far, what is met on the way, and who touches whom.
 #include "../collision.hpp"
 
+#include <initializer_list>
+
 #include "../order.hpp"
 #include "kernel.hpp"
 
@@ -21,29 +23,38 @@ struct Ends {
     }
 };
 
-// The nearest edges of many places, taken along a curve: each search begins near the one before,
-// with what is in the cache, and with a bound.
-template <class Answer>
-void search_nearest(const Ring& ring, DoubleArray x, DoubleArray y, Answer answer) {
-    NearestSearch search(ring);
-    const Point* known = nullptr;
-    Point start = {};
-    auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
-    for (const Ranked& next : curve_order(x.shape(0), place_of)) {
-        std::size_t i = at(next.item);
-        Point q = place_of(i);
-        Nearest found = known ? search.ask(q, distance(*known, q)) : search.ask(q);
-        if (found.leaf != kNone) {
-            start = edge_of(ring.leaf(found.leaf), found.place).a;
-            known = &start;
+// Calls f(i) for the rows of some columns, along a curve through the places (x, y) in the first
+// two: each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
+template <class F>
+void along_curve(std::initializer_list<const DoubleArray*> columns, F f) {
+    constexpr std::size_t ahead = 8;
+    const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
+    std::vector<Ranked> order =
+        curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i + ahead < order.size()) {
+            std::size_t next = at(order[i + ahead].item);
+            for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
         }
-        answer(i, found);
+        f(at(order[i].item));
     }
+}
+
+// Calls ask(search, i, place, limit) for many places: each search has a bound from the one before.
+template <class Ask>
+void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
+    NearestSearch search(object.ring(), &object.cells());
+    along_curve({&x, &y}, [&](std::size_t i) {
+        Point q = {x(i), y(i)};
+        std::optional<Point> known = search.vertex();
+        double limit = known ? distance(*known, q) : std::numeric_limits<double>::infinity();
+        ask(search, i, q, limit);
+    });
 }
 
 double distance_one(Kernel& k, double x, double y) {
     auto turn = k.with_ring();
-    return NearestSearch(k.object().ring()).ask({x, y}).distance;
+    return NearestSearch(k.object().ring(), &k.object().cells()).ask_distance({x, y});
 }
 
 auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
@@ -51,8 +62,10 @@ auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        search_nearest(k.object().ring(), x, y,
-                       [&](std::size_t i, const Nearest& n) { far[i] = n.distance; });
+        search_nearest(k.object(), x, y,
+                       [&](NearestSearch& search, std::size_t i, Point q, double limit) {
+                           far[i] = search.ask_distance(q, limit);
+                       });
     }
     return to_numpy(std::move(far));
 }
@@ -65,44 +78,42 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        search_nearest(k.object().ring(), x, y, [&](std::size_t i, const Nearest& found) {
-            at_x[i] = found.at.x;
-            at_y[i] = found.at.y;
-            far[i] = found.distance;
-            ends.set(i, k.object(), found.leaf, found.place);
-        });
+        search_nearest(k.object(), x, y,
+                       [&](NearestSearch& search, std::size_t i, Point q, double limit) {
+                           Nearest found = search.ask(q, limit);
+                           at_x[i] = found.at.x;
+                           at_y[i] = found.at.y;
+                           far[i] = found.distance;
+                           ends.set(i, k.object(), found.leaf, found.place);
+                       });
     }
     return nb::make_tuple(to_numpy(std::move(at_x)), to_numpy(std::move(at_y)),
                           to_numpy(std::move(far)), to_numpy(std::move(ends.start)),
                           to_numpy(std::move(ends.stop)));
 }
 
-// Calls f(i, segment) for many segments, in the order of their starts along a curve: the next one
-// meets what is in the cache.
+// Calls f(i, segment) for many segments.
 template <class F>
 void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
-    auto start = [&](std::size_t i) { return Point{x0(i), y0(i)}; };
-    for (const Ranked& next : curve_order(x0.shape(0), start)) {
-        std::size_t i = at(next.item);
-        f(i, Segment(start(i), {x1(i), y1(i)}));
-    }
+    along_curve({&x0, &y0, &x1, &y1},
+                [&](std::size_t i) { f(i, Segment({x0(i), y0(i)}, {x1(i), y1(i)})); });
 }
 
 // Whether each segment meets the boundary, or is held by the object.
-template <bool (*Ask)(const Ring&, const Segment&)>
+template <bool (*Ask)(Cells&, const Segment&)>
 bool segment_one(Kernel& k, double x0, double y0, double x1, double y1) {
     auto turn = k.with_ring();
-    return Ask(k.object().ring(), {{x0, y0}, {x1, y1}});
+    return Ask(k.object().cells(), {{x0, y0}, {x1, y1}});
 }
 
-template <bool (*Ask)(const Ring&, const Segment&)>
+template <bool (*Ask)(Cells&, const Segment&)>
 auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
     std::vector<std::uint8_t> answers(x0.shape(0));
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
         for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
-            answers[i] = Ask(k.object().ring(), s);
+            answers[i] = Ask(k.object().cells(), s);
         });
     }
     return to_numpy(std::move(answers));
@@ -116,7 +127,7 @@ auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
     {
         nb::gil_scoped_release others_may_run;
         for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
-            Hit hit = Hits(k.object().ring(), s).first();
+            Hit hit = Hits(k.object().ring(), s).first(k.object().cells());
             t[i] = hit.t;
             ends.set(i, k.object(), hit.leaf, hit.place);
         });

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -18,8 +19,22 @@ namespace flintknap {
 
 class Kernel {
    public:
-    // To be held while the object is used.
-    using Turn = std::unique_lock<std::mutex>;
+    // To be held while the object is used; tells its revision when it ends.
+    class Turn {
+       public:
+        Turn() = default;
+        explicit Turn(Kernel* kernel) : kernel_(kernel) {}
+        Turn(Turn&& other) noexcept : kernel_(std::exchange(other.kernel_, nullptr)) {}
+        Turn& operator=(Turn&&) = delete;
+        ~Turn() {
+            if (kernel_ == nullptr) return;
+            kernel_->told_.store(kernel_->object_->points().revision(), std::memory_order_relaxed);
+            kernel_->mutex_.unlock();
+        }
+
+       private:
+        Kernel* kernel_ = nullptr;
+    };
 
     explicit Kernel(Limit limit) : object_(std::make_unique<Object>(limit)) {}
 
@@ -29,13 +44,15 @@ class Kernel {
 
     // Never waits for the lock with the GIL: who holds the lock may be waiting for the GIL.
     Turn take_turn() {
-        Turn turn(mutex_, std::try_to_lock);
-        if (!turn) {
+        if (!mutex_.try_lock()) {
             nb::gil_scoped_release others_may_run;
-            turn.lock();
+            mutex_.lock();
         }
-        return turn;
+        return Turn(this);
     }
+
+    // The revision when the last turn ended; for those who have none.
+    std::int64_t told_revision() const { return told_.load(std::memory_order_relaxed); }
 
     // This object's turn, with all points in the triangulation.
     Turn placed() {
@@ -101,6 +118,7 @@ class Kernel {
 
     std::unique_ptr<Object> object_;
     std::mutex mutex_;
+    std::atomic<std::int64_t> told_ = 0;
 };
 
 // The turns of two objects, which may be one, with their rings. They are taken in the order of
