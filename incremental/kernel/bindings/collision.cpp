@@ -29,8 +29,9 @@ void search_nearest(const Ring& ring, DoubleArray x, DoubleArray y, Answer answe
     const Point* known = nullptr;
     Point start = {};
     auto place_of = [&](std::size_t i) { return Point{x(i), y(i)}; };
-    for (const Ranked& next : curve_order(x.shape(0), place_of)) {
-        std::size_t i = at(next.item);
+    Order order = curve_order(x.shape(0), place_of);
+    for (std::size_t next = 0; next < order.size(); ++next) {
+        std::size_t i = order[next];
         Point q = place_of(i);
         Nearest found = known ? search.ask(q, distance(*known, q)) : search.ask(q);
         if (found.leaf != kNone) {
@@ -82,8 +83,9 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
 template <class F>
 void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
     auto start = [&](std::size_t i) { return Point{x0(i), y0(i)}; };
-    for (const Ranked& next : curve_order(x0.shape(0), start)) {
-        std::size_t i = at(next.item);
+    Order order = curve_order(x0.shape(0), start);
+    for (std::size_t next = 0; next < order.size(); ++next) {
+        std::size_t i = order[next];
         f(i, Segment(start(i), {x1(i), y1(i)}));
     }
 }
