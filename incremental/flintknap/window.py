@@ -28,6 +28,10 @@ Cost. O(log n) an event, in time and again when it expires. A place with removal
 in the window is read anew, O(k), when an event of it comes late. Each call is one change of the
 engine. Memory: what the window holds.
 
+A snapshot of the engine is the engine's alone, without the times. A window comes back from the log:
+what it holds is a function of the events of its last seconds, so a new one over a new engine that is
+told these holds the same.
+
 Refuses a window that is not positive and finite, times that are not finite, and what the engine
 refuses. The engine may hold other points; those of the window must leave through the window.
 """

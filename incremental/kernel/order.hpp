@@ -128,7 +128,8 @@ Order order_in_rounds(std::size_t n, PointOf point, RoundOf round) {
         low = {std::min(low.x, p.x), std::min(low.y, p.y)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
-    int bits = 2 * ((59 - Order::bits(n) + 3) / 4);  // of x and of y; the last may not count
+    // of x and of y: even, and as many as count, or one more
+    int bits = std::min(28, 2 * ((59 - Order::bits(n) + 3) / 4));
     double extent = std::max(high.x - low.x, high.y - low.y);
     double scale = extent > 0 ? ((1U << bits) - 1) / extent : 0;
     return {n, [=](std::size_t i) {
