@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sys
 from collections import Counter
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -473,6 +474,38 @@ def test_an_interrupt_leaves_window_and_engine_as_before_the_call(name, again):
         window.insert([4.0, 9.0], [1.0, 3.0], 3.0)  # it goes on as if nothing had happened
         window.check()
     assert ends == {True, False}
+
+
+class _OutOfMemory:
+    """A kernel that runs out of memory once, after some steps of a change."""
+
+    def __init__(self, kernel, steps):
+        self.kernel, self.left = kernel, steps
+
+    def __getattr__(self, name):
+        return getattr(self.kernel, name)
+
+    def change(self, steps, point, x, y):
+        if self.left is None or len(steps) < self.left:
+            return self.kernel.change(steps, point, x, y)
+        self.kernel.change(steps[: self.left])
+        self.left = None
+        raise MemoryError
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("steps", range(4))
+def test_memory_that_ends_within_a_change_leaves_both_as_before_or_after(name, steps):
+    window, after = filled(), filled()
+    before = seen(window)
+    CALLS[name](after)
+    window.engine._kernel = _OutOfMemory(window.engine._kernel, steps)
+    with suppress(MemoryError):  # some calls have fewer steps
+        CALLS[name](window)
+    assert steps > 1 or window.engine._kernel.left is None
+    window.check()
+    assert seen(window) == (before if steps == 0 else seen(after))
+    window.engine.check()
 
 
 # ---------------------------------------------------------------------- a long feed
