@@ -5,9 +5,9 @@ now and then a place is asked for. Each stream runs in a process of its own. Thr
 events a second of CPU time, one that comes and one that leaves being two, in ten slices of the
 stream, the window being full all the time. A machine has its own moods over minutes, and one part
 of a stream may be harder than another: so in one slice more a young engine, which was given at once
-what the window holds, does the same work part by part, and "old / young" is the median of how much
-of it the old one does in the time of the young one. Memory is what is resident after a slice.
-`check()` looks at everything once, at the end.
+what the window holds and has slid by its length once, does the same work part by part, and "old /
+young" is the median of how much of it the old one does in the time of the young one. Memory is what
+is resident after a slice. `check()` looks at everything once, at the end.
 
     curve     along a closed wavy curve, over and over, with a noise of one spacing
     uniform   anywhere in the unit square
@@ -145,7 +145,7 @@ def measure(name: str, events: int) -> dict[str, object]:
     that of the young one.
     """
     size = events // (2 * BATCH * SLICES * PARTS)  # of a part
-    stream = STREAMS[name](WINDOW // BATCH + size * PARTS * (SLICES + 1))
+    stream = STREAMS[name](2 * WINDOW // BATCH + size * PARTS * (SLICES + 1))
     old = Sliding([next(stream) for _ in range(WINDOW // BATCH)])
     pace, memory, ratios = [], [], []
     for _ in range(SLICES):
@@ -153,6 +153,8 @@ def measure(name: str, events: int) -> dict[str, object]:
         pace.append(2e-6 * BATCH * size * PARTS / seconds)
         memory.append(resident())
     young = Sliding(list(old.batches))
+    part = [next(stream) for _ in range(WINDOW // BATCH)]
+    young.seconds(part), old.seconds(part)
     for _ in range(PARTS):
         part = [next(stream) for _ in range(size)]
         ratios.append(young.seconds(part) / old.seconds(part))

@@ -29,8 +29,8 @@ in the window is read anew, O(k), when an event of it comes late. Each call is o
 engine. Memory: what the window holds.
 
 A snapshot of the engine is the engine's alone, without the times. A window comes back from the log:
-what it holds is a function of the events of its last seconds, so a new one over a new engine that is
-told these holds the same.
+what it holds is a function of the events of its last seconds, so a new one over a new engine holds
+the same once it is told these.
 
 Refuses a window that is not positive and finite, times that are not finite, and what the engine
 refuses. The engine may hold other points; those of the window must leave through the window.
@@ -292,8 +292,10 @@ class Window:
         assert self._undo is not None
         self.now = t
         order = self._order
-        while order and t - order.peekitem(0)[0] >= self.seconds:
+        while order:
             then, events = order.peekitem(0)
+            if t - then < self.seconds:
+                break
             self._undo.dropped.append((then, events))
             order.popitem(0)
             for place, _ in events:
@@ -312,11 +314,12 @@ class Window:
     def _note(self, t: float, place: Place, removal: bool) -> int:
         """Remember an event that stands in the window; return by how much the place changes."""
         assert self._undo is not None
-        self._undo.noted.append((t, len(self._order.get(t, ()))))
-        if t in self._order:
-            self._order[t].append((place, removal))
-        else:
+        events = self._order.get(t)
+        self._undo.noted.append((t, 0 if events is None else len(events)))
+        if events is None:
             self._order[t] = [(place, removal)]
+        else:
+            events.append((place, removal))
         standing = self._standing.setdefault(place, [])
         before = len(standing)
         told = self._told.get(place)
