@@ -3,11 +3,11 @@
 Events arrive in batches; the oldest points leave as new ones come, so that a fixed number stays;
 now and then a place is asked for. Each stream runs in a process of its own. Throughput is million
 events a second of CPU time, one that comes and one that leaves being two, in ten slices of the
-stream, the window being full all the time. A machine has its own moods over minutes: so a fixed
-piece of work, an engine for as many points from scratch, is timed between parts of a slice, in
-another process, and "last / first" compares how much the last slice and the first do in the time of
-that work (medians over the parts). Memory is what is resident after a slice. `check()` looks at
-everything once, at the end.
+stream, the window being full all the time. A machine has its own moods over minutes, and one part
+of a stream may be harder than another: so in one slice more a young engine, which was given at once
+what the window holds and has slid by its length once, does the same work part by part, and "old /
+young" is the median of how much of it the old one does in the time of the young one. Memory is what
+is resident after a slice. `check()` looks at everything once, at the end.
 
     curve     along a closed wavy curve, over and over, with a noise of one spacing
     uniform   anywhere in the unit square
@@ -21,8 +21,6 @@ import json
 import subprocess
 import sys
 from collections import deque
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -42,6 +40,7 @@ WINDOW, BATCH = 10**5, 1000
 EVENTS, QUICK_EVENTS = 10**7, 10**6
 ASK_EVERY = 10  # batches
 SLICES, PARTS = 10, 10  # of the stream; of a slice
+SETTLING = 10**4  # steps that ships take before they are watched
 
 
 def curve(batches: int) -> Iterator[Points]:
@@ -64,21 +63,27 @@ def uniform(batches: int) -> Iterator[Points]:
 
 
 def ships(batches: int) -> Iterator[Points]:
-    """Yield batches of positions: each ship keeps its course for a while; a fifth are moored."""
+    """Yield batches of positions: each ship keeps its course for a while; a fifth are moored.
+
+    Those that are far out head for the middle. It is as it always was when the first batch comes.
+    """
     rng = np.random.default_rng(6)
     count = 500
     place = rng.uniform((3.0, 51.0), (5.0, 53.0), (count, 2))
     course, speed = rng.uniform(0, 2 * np.pi, count), rng.exponential(2e-3, count)
     speed[: count // 5] = 0
-    for _ in range(batches):
-        reports = []
-        for _ in range(BATCH // count):
-            course += rng.normal(0, 0.05, count)
-            place += speed[:, np.newaxis] * np.column_stack((np.sin(course), np.cos(course)))
-            away = np.abs(place - (4.0, 52.0)).max(axis=1) > 1.5
-            course[away] += np.pi / 2
+    reports: list[Points] = []
+    for step in range(SETTLING + batches * BATCH // count):
+        course += rng.normal(0, 0.05, count)
+        place += speed[:, np.newaxis] * np.column_stack((np.sin(course), np.cos(course)))
+        back = np.array((4.0, 52.0)) - place
+        away = np.abs(back).max(axis=1) > 1.5
+        course[away] = np.arctan2(back[away, 0], back[away, 1])
+        if step >= SETTLING:
             reports.append(np.round(place + rng.normal(0, 1e-5, place.shape), 6))
-        yield np.concatenate(reports)
+        if len(reports) * count == BATCH:
+            yield np.concatenate(reports)
+            reports = []
 
 
 STREAMS: dict[str, Callable[[int], Iterator[Points]]] = {
@@ -91,15 +96,14 @@ STREAMS: dict[str, Callable[[int], Iterator[Points]]] = {
 def run(quick: bool) -> Iterator[tables.Table]:
     """Yield a table of pace and memory, one row a stream."""
     events = QUICK_EVENTS if quick else EVENTS
-    columns = ["stream", "events", "first M events/s", "last", "last / first", "flat"]
+    columns = ["stream", "events", "first M events/s", "last", "old / young", "flat"]
     columns += ["MB, first slice", "MB, last", "flat ", "check"]
     table = tables.Table(f"A window of {WINDOW:,} points", columns)
     for name in STREAMS:
         command = [sys.executable, "-m", "benchmarks.soak", name, str(events)]
         done = subprocess.run(command, capture_output=True, check=True, text=True)
         found = json.loads(done.stdout)
-        pace, against, memory = found["pace"], found["against"], found["memory"]
-        steady = against[-1] / against[0]
+        pace, steady, memory = found["pace"], found["steady"], found["memory"]
         flat = tables.at_least(0.9).judge(steady)
         size = tables.at_most(1.1).judge(memory[-1] / memory[0])
         cells = [pace[0], pace[-1], steady, flat, memory[0], memory[-1], size, found["check"]]
@@ -107,48 +111,56 @@ def run(quick: bool) -> Iterator[tables.Table]:
     yield table
 
 
+class Sliding:
+    """A window over a stream, and an engine for it that was given all its points at once."""
+
+    def __init__(self, batches: list[Points]) -> None:
+        self.engine = fk.Engine()
+        self.batches = deque(batches)
+        ids = self.engine.insert(np.concatenate(batches))
+        self.ids = deque(np.split(np.asarray(ids), len(batches)))
+        self.engine.side(0.0, 0.0)
+        self.asked = 0
+
+    def seconds(self, part: list[Points]) -> float:
+        """Slide over a part of the stream; return the CPU time that it took."""
+        began = process_time()
+        for batch in part:
+            self.ids.append(np.asarray(self.engine.insert(batch)))
+            self.engine.remove(self.ids.popleft())
+            if self.asked % ASK_EVERY == 0:
+                self.engine.side(*batch[0].tolist())
+            self.asked += 1
+        taken = process_time() - began
+        self.batches.extend(part)
+        for _ in part:
+            self.batches.popleft()
+        return taken
+
+
 def measure(name: str, events: int) -> dict[str, object]:
     """Slide the window; return, slice by slice, what run makes a row of.
 
-    "pace" is million events a second, "against" the time of the fixed piece of work over that of
-    a part; "memory" is in MB.
+    "pace" is million events a second, "memory" is in MB, "steady" the pace of the old engine over
+    that of the young one.
     """
-    batches = events // (2 * BATCH)
-    stream = STREAMS[name](WINDOW // BATCH + batches)
-    beside = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
-    engine, pace, against, memory = fk.Engine(), [], [], []
-    window = deque(engine.insert(next(stream)) for _ in range(WINDOW // BATCH))
-    engine.side(0.0, 0.0)
-    asked = 0
+    size = events // (2 * BATCH * SLICES * PARTS)  # of a part
+    stream = STREAMS[name](2 * WINDOW // BATCH + size * PARTS * (SLICES + 1))
+    old = Sliding([next(stream) for _ in range(WINDOW // BATCH)])
+    pace, memory, ratios = [], [], []
     for _ in range(SLICES):
-        seconds, ratios = [], []
-        for _ in range(PARTS):
-            part = [next(stream) for _ in range(batches // (SLICES * PARTS))]
-            began = process_time()
-            for batch in part:
-                window.append(engine.insert(batch))
-                engine.remove(window.popleft())
-                if asked % ASK_EVERY == 0:
-                    engine.side(*batch[0].tolist())
-                asked += 1
-            seconds.append(process_time() - began)
-            ratios.append(beside.submit(from_scratch).result() / seconds[-1])
-        pace.append(2e-6 * BATCH * len(part) * PARTS / sum(seconds))
-        against.append(median(ratios))
+        seconds = sum(old.seconds([next(stream) for _ in range(size)]) for _ in range(PARTS))
+        pace.append(2e-6 * BATCH * size * PARTS / seconds)
         memory.append(resident())
-    engine.check()
-    passed = f"passed, {len(engine):,} points"
-    return {"pace": pace, "against": against, "memory": memory, "check": passed}
-
-
-def from_scratch() -> float:
-    """Return the seconds of CPU time that an engine for fixed points takes."""
-    points = sets.shuffled(sets.uniform(WINDOW))
-    began = process_time()
-    engine = fk.Engine()
-    engine.insert(points)
-    engine.side(0.0, 0.0)
-    return process_time() - began
+    young = Sliding(list(old.batches))
+    part = [next(stream) for _ in range(WINDOW // BATCH)]
+    young.seconds(part), old.seconds(part)
+    for _ in range(PARTS):
+        part = [next(stream) for _ in range(size)]
+        ratios.append(young.seconds(part) / old.seconds(part))
+    old.engine.check()
+    passed = f"passed, {len(old.engine):,} points"
+    return {"pace": pace, "steady": median(ratios), "memory": memory, "check": passed}
 
 
 def resident() -> float:

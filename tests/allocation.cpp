@@ -55,12 +55,12 @@ using namespace flintknap;
 
 namespace {
 
-using Sites = std::vector<Point>;
+using Places = std::vector<Point>;
 using Call = std::function<void(Object&)>;
 
 void nothing_to_poll() {}
 
-void insert(Object& object, const Sites& points) {
+void insert(Object& object, const Places& points) {
     std::vector<std::int64_t> ids(points.size());
     object.insert(points.size(), [&](std::size_t n) { return points[n]; }, ids.data());
 }
@@ -150,21 +150,21 @@ void watch_all(const std::string& name, const Call& prepare, const Call& call) {
 
 // ---------------------------------------------------------------------------------- sets
 // The same on every run, and in no order.
-Sites scattered(std::size_t n) {
-    Sites points;
+Places scattered(std::size_t n) {
+    Places points;
     for (std::size_t i = 0; i < n; ++i) {
         points.push_back({double(mix(2 * i) >> 40), double(mix(2 * i + 1) >> 40)});
     }
     return points;
 }
 
-Sites line(int n) {
-    Sites points;
+Places line(int n) {
+    Places points;
     for (int i = 0; i < n; ++i) points.push_back({double(i * 7 % n), 0});
     return points;
 }
 
-Call settled_set(const Sites& points) {
+Call settled_set(const Places& points) {
     return [=](Object& object) {
         insert(object, points);
         settle(object);
@@ -172,7 +172,7 @@ Call settled_set(const Sites& points) {
 }
 
 // Placed one by one, so that no array has more room than it had to have.
-Call grown_set(const Sites& points) {
+Call grown_set(const Places& points) {
     return [=](Object& object) {
         for (Point p : points) {
             object.insert(p);
@@ -198,7 +198,7 @@ void ask(Object& object) {
     for (Point p : {Point{0, 0}, Point{0.3, 0.2}, Point{0.1, -0.4}}) object.cells().side(p);
 }
 
-Sites with(Sites points, const Sites& more) {
+Places with(Places points, const Places& more) {
     points.insert(points.end(), more.begin(), more.end());
     return points;
 }
@@ -214,7 +214,7 @@ bool insist(Object& object, const Call& call) {
 
 // Every allocation of every call fails once while a set grows and while it shrinks again: room that
 // a failed call left half made is not missed later.
-void grow_and_shrink(const Sites& points) {
+void grow_and_shrink(const Places& points) {
     Object object;
     auto place = [](Object& o) { o.place(nothing_to_poll); };
     for (Point p : points) {
@@ -290,7 +290,7 @@ void storm(std::uint64_t seed) {
         std::vector<std::int64_t> ids = points.ids();
         Index some = ids.empty() ? kNone : points.find(ids[random(ids.size())]);
         Point to = anywhere();
-        Sites batch(random(8));
+        Places batch(random(8));
         for (Point& p : batch) p = anywhere();
         bool shrinks = step / 150 % 2 == 0;
         std::size_t what = random(10);
@@ -329,8 +329,8 @@ void storm(std::uint64_t seed) {
 
 int main() {
     std::setvbuf(stdout, nullptr, _IOLBF, 1024);  // what broke is seen before what crashed
-    Sites some = scattered(60), many = scattered(2200), far = {{-1, -1}};
-    Sites circle;
+    Places some = scattered(60), many = scattered(2200), far = {{-1, -1}};
+    Places circle;
     for (int x = -65; x <= 65; ++x) {
         for (int y = -65; y <= 65; ++y) {
             if (x * x + y * y == 65 * 65) circle.push_back({double(x), double(y)});
@@ -342,7 +342,7 @@ int main() {
     // recording
     for (std::size_t n : {0U, 1U, 5U, 11U, 12U, 23U, 24U, 48U, 60U}) {
         std::string name = "insert on top of " + std::to_string(n);
-        Sites first(some.begin(), some.begin() + std::ptrdiff_t(n));
+        Places first(some.begin(), some.begin() + std::ptrdiff_t(n));
         watch_all(name, settled_set(first), [](Object& o) { o.insert({-1, -1}); });
         watch_all(name + ", many", grown_set(first), [=](Object& o) { insert(o, many); });
     }
@@ -351,8 +351,8 @@ int main() {
     watch_all("settle a set", [=](Object& o) { insert(o, some); }, settle);
     watch_all("settle one more", [=](Object& o) { settled_set(some)(o), insert_far(o); }, settle);
     for (int n = 1; n <= 20; ++n) {
-        Sites more(many.begin() + 2000, many.begin() + 2000 + n);
-        Sites base(many.begin(), many.begin() + 1500);
+        Places more(many.begin() + 2000, many.begin() + 2000 + n);
+        Places base(many.begin(), many.begin() + 1500);
         if (n <= 2) {
             watch_all(
                 "repair " + std::to_string(n),
@@ -381,7 +381,7 @@ int main() {
     watch_all("remove a grown centre", grown_set(with({{0, 0}}, circle)), remove_one({0, 0}));
     for (int n : {2, 3, 5, 9, 20, 40}) {
         std::string name = "remove the apex over a line of " + std::to_string(n);
-        Sites apex = {{0.5, 9}}, beyond = {{0.5, -9}};
+        Places apex = {{0.5, 9}}, beyond = {{0.5, -9}};
         watch_all(name, grown_set(with(apex, line(n))), remove_one(apex[0]));
         watch_all(name + ", settled", settled_set(with(apex, line(n))), remove_one(apex[0]));
         watch_all(name + ", with one beyond", grown_set(with(with(apex, beyond), line(n))),
@@ -392,7 +392,7 @@ int main() {
 
     // moves
     for (std::size_t n : {0U, 11U, 23U, 47U}) {
-        Sites first(some.begin(), some.begin() + std::ptrdiff_t(n + 1));
+        Places first(some.begin(), some.begin() + std::ptrdiff_t(n + 1));
         auto move = [=](Object& o) { o.move(o.points().find(some[n]), {-1, -1}); };
         auto onto = [=](Object& o) { o.move(o.points().find(some[n]), some[0]); };
         std::string name = "move the last of " + std::to_string(n + 1);
@@ -414,7 +414,7 @@ int main() {
         remove_one(many[9]));
 
     // approximations: of a set, and after changes to one
-    Sites enough(many.begin(), many.begin() + 1100);
+    Places enough(many.begin(), many.begin() + 1100);
     watch_all("approximate", settled_set(some), approximate(99));
     watch_all(
         "approximate after one came and one left",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import random
+import sys
 from collections import Counter
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -232,7 +234,7 @@ def test_memory_is_that_of_the_window():
         window.retract(t - 0.5, float(t % 5), 1.0)
     window.check()
     window.advance(1000.0)
-    assert not (window._order or window._standing or window._told or window._left)
+    assert not (window._order or window._standing or window._told)
 
 
 # ---------------------------------------------------------------------- by id
@@ -392,6 +394,118 @@ def test_check_sees_what_is_broken():
     window.engine.remove(0)
     with pytest.raises(fk.InvariantError, match=r"0 in the engine, \[0.0\] stand"):
         window.check()
+
+
+# ---------------------------------------------------------------------- interrupts
+class _Interrupts:
+    """Raises KeyboardInterrupt at chosen lines of the package and of sortedcontainers."""
+
+    def __init__(self, *lines):
+        self.lines = list(lines)  # how many to let pass before each
+        self.count = 0
+
+    def __call__(self, frame, event, _argument):
+        if not ("flintknap" in frame.f_code.co_filename or "sorted" in frame.f_code.co_filename):
+            return None
+        if event == "line" and self.lines:
+            if self.count == self.lines[0]:
+                self.lines.pop(0)
+                self.count = 0
+                raise KeyboardInterrupt
+            self.count += 1
+        return self
+
+
+def interrupted(call, *lines):
+    """Whether the call was; whoever traces already goes on afterwards."""
+    before = sys.gettrace()
+    sys.settrace(_Interrupts(*lines))
+    try:
+        call()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def seen(window):
+    events = {t: sorted(events) for t, events in window._order.items()}
+    return window.now, window.expired, events, held(window.engine)
+
+
+def filled():
+    window = Window(fk.Engine(), SECONDS)
+    window.insert([0.0, 0.5, 0.5, 1.0, 3.0], [0.0, 1.0, 0.0, 2.0, 2.0], 0.0)
+    window.retract(3.5, 2.0, 0.0)
+    return window
+
+
+CALLS = {
+    "insert one": lambda w: w.insert(4.5, 0.0, 0.0),
+    "insert many": lambda w: w.insert([2.0, 4.5, 5.0, 5.0, 0.1], [5.0, 0.0, 6.0, 1.0, 7.0], 0.0),
+    "retract": lambda w: w.retract(4.5, 2.0, 0.0),
+    "remove": lambda w: w.remove(4.0, [1, 2]),
+    "move": lambda w: w.move(4.0, 2, 8.0, 8.0),
+    "advance": lambda w: w.advance(4.6),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("again", [None, 0, 3, 10, 25])
+def test_an_interrupt_leaves_window_and_engine_as_before_the_call(name, again):
+    """Or as after it; at whatever line it comes, and if the way back is interrupted, too."""
+    call, before, after = CALLS[name], seen(filled()), filled()
+    call(after)
+    ends = set()
+    for line in range(10_000):
+        window = filled()
+        ended = not interrupted(
+            lambda w=window: call(w), *([line] if again is None else [line, again])
+        )
+        if window._undo is not None:  # the way back was not found to its end
+            window.advance(window.now)
+        window.check()
+        assert seen(window) in (before, seen(after))
+        assert not ended or seen(window) == seen(after)
+        ends.add(seen(window) == before)
+        if ended:
+            break
+        window.insert([4.0, 9.0], [1.0, 3.0], 3.0)  # it goes on as if nothing had happened
+        window.check()
+    assert ends == {True, False}
+
+
+class _OutOfMemory:
+    """A kernel that runs out of memory once, after some steps of a change."""
+
+    def __init__(self, kernel, steps):
+        self.kernel, self.left = kernel, steps
+
+    def __getattr__(self, name):
+        return getattr(self.kernel, name)
+
+    def change(self, steps, point, x, y):
+        if self.left is None or len(steps) < self.left:
+            return self.kernel.change(steps, point, x, y)
+        self.kernel.change(steps[: self.left])
+        self.left = None
+        raise MemoryError
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("steps", range(4))
+def test_memory_that_ends_within_a_change_leaves_both_as_before_or_after(name, steps):
+    window, after = filled(), filled()
+    before = seen(window)
+    CALLS[name](after)
+    window.engine._kernel = _OutOfMemory(window.engine._kernel, steps)
+    with suppress(MemoryError):  # some calls have fewer steps
+        CALLS[name](window)
+    assert steps > 1 or window.engine._kernel.left is None
+    window.check()
+    assert seen(window) == (before if steps == 0 else seen(after))
+    window.engine.check()
 
 
 # ---------------------------------------------------------------------- a long feed

@@ -19,9 +19,18 @@ are resolved when they arrive, and there order counts; but of the moves of one i
 whenever it comes. Which id a place has depends on the order too; not on what was asked, nor on
 whether events come one by one or in arrays.
 
+Interrupts. A call first works on what is remembered, noting how to take that back, and then changes
+the engine in one go, which no signal can divide. If it is ended before that (Ctrl-C, the end of
+memory), what is remembered is put together again from the events that stood before: O(n log n).
+Should that be interrupted, too, the next call does it.
+
 Cost. O(log n) an event, in time and again when it expires. A place with removals among its k events
-in the window is read anew, O(k), when an event of it comes late. A run of insertions in one call is
-one call of the engine, and one more for all that expire. Memory: what the window holds.
+in the window is read anew, O(k), when an event of it comes late. Each call is one change of the
+engine. Memory: what the window holds.
+
+A snapshot of the engine is the engine's alone, without the times. A window comes back from the log:
+what it holds is a function of the events of its last seconds, so a new one over a new engine holds
+the same once it is told these.
 
 Refuses a window that is not positive and finite, times that are not finite, and what the engine
 refuses. The engine may hold other points; those of the window must leave through the window.
@@ -31,7 +40,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right, insort
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
 from sortedcontainers import SortedDict
@@ -40,7 +49,7 @@ from flintknap import inputs
 from flintknap.errors import InputError, InvariantError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -48,10 +57,24 @@ if TYPE_CHECKING:
 
 Place = tuple[float, float]
 Told = tuple[float, bool]  # when, and whether it is a removal: sorts sightings first
+Event = tuple[Place, bool]  # where, and whether it is a removal
+
+
+class _Undo(NamedTuple):
+    """How to take back what a call has done to what is remembered."""
+
+    now: float
+    expired: int
+    steps: int  # of the engine, before the call
+    noted: list[tuple[float, int]]  # times of events that came, how many there were before
+    dropped: list[tuple[float, list[Event]]]  # events that went, by time
 
 
 class Window:
     """Keeps in an engine the points that were seen within the last ``seconds``.
+
+    A call that is interrupted leaves window and engine as they were before it or, if the interrupt
+    comes when all is done, as they are after it.
 
     Attributes:
         engine: where the points are; ask it.
@@ -76,14 +99,15 @@ class Window:
         self.seconds = float(seconds)
         self.now = -math.inf
         self.expired = 0
-        self._order: SortedDict[float, list[Place]] = SortedDict()  # what is remembered, by time
+        self._order: SortedDict[float, list[Event]] = SortedDict()  # what is remembered, by time
+        # The same by place; these two follow from _order.
         self._standing: dict[Place, list[float]] = {}  # sightings not taken back, ascending
         self._told: dict[Place, list[Told]] = {}  # all, ascending, where there are removals
-        # What the engine does not know yet: first these arrive, in this order, then those leave.
-        self._arriving: list[Place] = []
-        self._leaving: list[Place] = []
-        self._left: set[Place] = set()  # those of _leaving of which nothing stands
-        self._last_id = -1
+        # Of a call that has not ended: what the engine is to do, x, y and whether a point comes
+        # there; which point moves in the end, and where to; how to take back what has been done.
+        self._steps: list[tuple[float, float, bool]] = []
+        self._moving = (-1, 0.0, 0.0)
+        self._undo: _Undo | None = None
 
     # ------------------------------------------------------------------ events
     @overload
@@ -100,11 +124,11 @@ class Window:
         O(log n) a row.
         """
         if isinstance(t, float) and isinstance(x, float) and isinstance(y, float):
-            self._tell([_time(t)], [_place(x, y)], removal=False)
+            self._call(self._tell, [_time(t)], [_place(x, y)], False)
             return self.engine.find(x, y)
         ts, xs, ys = _events(t, x, y)
         places = zip(xs.ravel().tolist(), ys.ravel().tolist(), strict=True)
-        self._tell(ts.ravel().tolist(), places, removal=False)
+        self._call(self._tell, ts.ravel().tolist(), places, False)
         return self.engine.find(xs, ys) if ts.ndim else self.engine.find(float(xs), float(ys))
 
     def retract(self, t: ArrayLike, x: ArrayLike, y: ArrayLike) -> None:
@@ -115,21 +139,19 @@ class Window:
         """
         ts, xs, ys = _events(t, x, y)
         places = zip(xs.ravel().tolist(), ys.ravel().tolist(), strict=True)
-        self._tell(ts.ravel().tolist(), places, removal=True)
+        self._call(self._tell, ts.ravel().tolist(), places, True)
 
     def remove(self, t: float, ids: ArrayLike) -> None:
         """Retract, as of time ``t``, the points with these ids: one or an array.
 
         Ids whose points have left the window already are passed over.
 
-        Raises KeyError naming an id beyond those that this window gave, InputError for a bad time;
+        Raises KeyError naming an id that the engine has not given yet, InputError for a bad time;
         then nothing of the call was applied. O(log n) an id.
         """
-        known = inputs.identifiers(ids, "ids", lambda i: (i < 0) | (i > self._last_id))
-        t = _time(t)
-        self.advance(t)
-        places = [place for i in known.ravel().tolist() if (place := self._where(i)) is not None]
-        self._tell([t] * len(places), places, removal=True)
+        next_id = self.engine._kernel.next_id()
+        known = inputs.identifiers(ids, "ids", lambda i: (i < 0) | (i >= next_id))
+        self._call(self._take_back, _time(t), known.ravel().tolist())
 
     def move(self, t: float, point: int, x: float, y: float) -> int:
         """Say that the point with an id was seen at (x, y) at time ``t``; return the id there.
@@ -138,41 +160,28 @@ class Window:
         If the point was seen later than t where it is, it stays. Returns -1 if the point has left
         the window by t.
 
-        Raises KeyError for an id beyond those that this window gave, InputError for a bad time or
+        Raises KeyError for an id that the engine has not given yet, InputError for a bad time or
         place; then nothing was applied. O(log n).
         """
         t, new = _time(t), _place(x, y)
-        if not 0 <= point <= self._last_id:
+        if not 0 <= point < self.engine._kernel.next_id():
             raise KeyError(point)
-        self.advance(t)
-        old = self._where(point)
-        if old is None:
+        is_there, there = self._call(self._move, t, point, new)
+        if not is_there:
             return -1
-        before = bisect_right(self._standing[old], t)
-        if not before:
-            return point
-        # As of the time of the sighting itself, so that exactly that one is taken back.
-        self._note(self._standing[old][before - 1], old, removal=True)
-        arrives = self._note(t, new, removal=False)
-        if not arrives:  # a retraction has come before it
-            self.engine.remove(point)
-            return self.engine.find(*new)
-        there = self.engine.move(point, *new)
-        self._last_id = max(self._last_id, there)
-        return there
+        return there if there >= 0 else self.engine.find(*new)
 
     def advance(self, t: float) -> None:
         """Say that it is time ``t``, if it is not later already.
 
         Raises InputError if t is not finite. O(log n) for each sighting that expires.
         """
-        self._pass(_time(t))
-        self._flush()
+        self._call(self._pass, _time(t))
 
     # ------------------------------------------------------------------ verification
     def check(self) -> None:
         """Verify every invariant; raise InvariantError with what was seen. O(n log n)."""
-        entries = [(t, place) for t, places in self._order.items() for place in places]
+        entries = [(t, place) for t, events in self._order.items() for place, _ in events]
         told = {p: self._told.get(p, [(t, False) for t in ts]) for p, ts in self._standing.items()}
         for place, standing in self._standing.items():
             if standing != _open(told[place]):
@@ -187,41 +196,130 @@ class Window:
             raise InvariantError(f"now {self.now}, remembered {told}, removals {self._told}")
 
     # ------------------------------------------------------------------ behind the face
-    def _tell(self, times: Iterable[float], places: Iterable[Place], *, removal: bool) -> None:
+    def _call(self, work: Callable[..., bool], *arguments: object) -> tuple[bool, int]:
+        """Do the work and then change the engine, or nothing at all.
+
+        Returns what the work does, and the id of the point that it moved, -1 if it moved none.
+        """
+        if self._undo is not None:
+            self._recover()
+        kernel = self.engine._kernel
+        self._steps, self._moving = [], (-1, 0.0, 0.0)
+        self._undo = _Undo(self.now, self.expired, kernel.steps(), [], [])
+        try:
+            done = work(*arguments)
+            there = kernel.change(self._steps, *self._moving)
+        except BaseException:
+            self._recover()
+            raise
+        self._undo = None
+        return done, there
+
+    def _recover(self) -> None:
+        """Take back what a call has done that did not end.
+
+        If the engine has begun to change, no signal came in between, so memory has ended, and there
+        is no way back but one onward.
+        """
+        undo = self._undo
+        if undo is None:
+            return
+        taken = self.engine._kernel.steps() - undo.steps
+        if taken == 0:
+            order = dict(dict.items(self._order))  # its sorted keys may be out of step
+            order.update(undo.dropped)
+            for t, length in reversed(undo.noted):
+                del order.get(t, [])[length:]
+            self._remember(SortedDict({t: events for t, events in order.items() if events}))
+            self.now, self.expired = undo.now, undo.expired
+        elif taken <= len(self._steps):
+            self.engine._kernel.change(self._steps[taken:], *self._moving)
+        self._undo = None
+
+    def _remember(self, order: SortedDict[float, list[Event]]) -> None:
+        """Let these be the events in the window."""
+        told: dict[Place, list[Told]] = {}
+        for t, events in order.items():
+            for place, removal in events:
+                told.setdefault(place, []).append((t, removal))
+        for each in told.values():
+            each.sort()
+        self._order = order
+        self._standing = {place: _open(each) for place, each in told.items()}
+        self._told = {place: each for place, each in told.items() if any(r for _, r in each)}
+
+    def _tell(self, times: Iterable[float], places: Iterable[Place], removal: bool) -> bool:
         for t, place in zip(times, places, strict=True):
+            expired = len(self._steps)
             self._pass(t)
             if self.now - t < self.seconds:
-                self._queue(place, self._note(t, place, removal=removal))
+                change = self._note(t, place, removal)
+                if change > 0:  # before what expires leaves: so a place that is seen again stays
+                    self._steps.insert(expired, (*place, True))
+                elif change < 0:
+                    self._steps.append((*place, False))
             elif not removal:
                 self.expired += 1
-        self._flush()
+        return True
 
-    def _pass(self, t: float) -> None:
-        """Let time pass, and what expires get ready to leave."""
+    def _take_back(self, t: float, ids: list[int]) -> bool:
+        self._pass(t)
+        places = [place for i in ids if (place := self._where(i)) is not None]
+        return self._tell([t] * len(places), places, True)
+
+    def _move(self, t: float, point: int, new: Place) -> bool:
+        """Return whether the point is in the window at time t."""
+        self._pass(t)
+        old = self._where(point)
+        if old is None:
+            return False
+        before = bisect_right(self._standing[old], t)
+        if not before:
+            self._moving = (point, *old)  # stays
+            return True
+        # As of the time of the sighting itself, so that exactly that one is taken back.
+        self._note(self._standing[old][before - 1], old, True)
+        if self._note(t, new, False):
+            self._moving = (point, *new)
+        else:  # a retraction has come before it
+            self._steps.append((*old, False))
+        return True
+
+    def _pass(self, t: float) -> bool:
+        """Let time pass, and what expires leave."""
         if t <= self.now:
-            return
+            return True
+        assert self._undo is not None
         self.now = t
         order = self._order
-        while order and t - order.peekitem(0)[0] >= self.seconds:
-            then, places = order.popitem(0)
-            for place in places:
+        while order:
+            then, events = order.peekitem(0)
+            if t - then < self.seconds:
+                break
+            self._undo.dropped.append((then, events))
+            order.popitem(0)
+            for place, _ in events:
                 standing, told = self._standing[place], self._told.get(place)
                 if told:
                     del told[0]
                 if standing and standing[0] == then:
                     del standing[0]
                     self.expired += 1
-                    self._queue(place, -1)
+                    self._steps.append((*place, False))
                 if not told and not standing:
                     self._told.pop(place, None)
                     del self._standing[place]
+        return True
 
-    def _note(self, t: float, place: Place, *, removal: bool) -> int:
+    def _note(self, t: float, place: Place, removal: bool) -> int:
         """Remember an event that stands in the window; return by how much the place changes."""
-        if t in self._order:
-            self._order[t].append(place)
+        assert self._undo is not None
+        events = self._order.get(t)
+        self._undo.noted.append((t, 0 if events is None else len(events)))
+        if events is None:
+            self._order[t] = [(place, removal)]
         else:
-            self._order[t] = [place]
+            events.append((place, removal))
         standing = self._standing.setdefault(place, [])
         before = len(standing)
         told = self._told.get(place)
@@ -238,32 +336,6 @@ class Window:
         elif standing:
             standing.pop()
         return len(standing) - before
-
-    def _queue(self, place: Place, change: int) -> None:
-        """Let a place change by one sighting, or none, at the next flush."""
-        if change < 0:
-            self._leaving.append(place)
-            if not self._standing[place]:
-                self._left.add(place)
-        elif change > 0:
-            if place in self._left:  # to come back it has to be gone: it gets a new id
-                self._flush()
-            self._arriving.append(place)
-
-    def _flush(self) -> None:
-        """Tell the engine. One point for one point is the common case, and spared the arrays."""
-        if len(self._arriving) == 1:
-            self._last_id = max(self._last_id, self.engine.insert(*self._arriving[0]))
-        elif self._arriving:
-            ids = self.engine.insert(np.array(self._arriving))
-            self._last_id = max(self._last_id, int(np.max(ids)))
-        self._arriving.clear()
-        if len(self._leaving) == 1:
-            self.engine.remove(self.engine.find(*self._leaving[0]))
-        elif self._leaving:
-            self.engine.remove(self.engine.find(np.array(self._leaving)))
-        self._leaving.clear()
-        self._left.clear()
 
     def _where(self, point: int) -> Place | None:
         """Return where the point with an id is, if it is, and by this window."""

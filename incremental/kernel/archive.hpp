@@ -12,6 +12,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "array.hpp"
+
 namespace flintknap {
 
 class Writer {
@@ -25,14 +27,21 @@ class Writer {
     }
     template <class T>
     void operator()(std::vector<T>& values) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        std::uint64_t count = values.size();
-        (*this)(count);
-        append(values.data(), count * sizeof(T));
+        take_all(values);
+    }
+    template <class T>
+    void operator()(Array<T>& values) {
+        take_all(values);
     }
     std::vector<std::uint8_t> bytes() && { return std::move(bytes_); }
 
    private:
+    template <class Values>
+    void take_all(Values& values) {
+        std::uint64_t count = values.size();
+        (*this)(count);
+        append(values.data(), count * sizeof(typename Values::value_type));
+    }
     void append(const void* from, std::size_t size) {
         const auto* first = static_cast<const std::uint8_t*>(from);
         bytes_.insert(bytes_.end(), first, first + size);
@@ -52,16 +61,24 @@ class Reader {
     }
     template <class T>
     void operator()(std::vector<T>& values) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        std::uint64_t count = 0;
-        (*this)(count);
-        if (count > left_ / sizeof(T)) throw std::invalid_argument("the bytes end too early");
-        values.resize(count);
-        take(values.data(), count * sizeof(T));
+        take_all(values);
+    }
+    template <class T>
+    void operator()(Array<T>& values) {
+        take_all(values);
     }
     bool at_end() const { return left_ == 0; }
 
    private:
+    template <class Values>
+    void take_all(Values& values) {
+        std::uint64_t count = 0;
+        constexpr std::size_t size = sizeof(typename Values::value_type);
+        (*this)(count);
+        if (count > left_ / size) throw std::invalid_argument("the bytes end too early");
+        values.resize(count);
+        take(values.data(), count * size);
+    }
     void take(void* to, std::size_t size) {
         if (size > left_) throw std::invalid_argument("the bytes end too early");
         if (size > 0) std::memcpy(to, next_, size);

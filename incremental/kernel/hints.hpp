@@ -27,11 +27,8 @@ class Hints {
    public:
     // Room for any one add, so that it cannot fail.
     void make_room() {
-        if (nodes_.capacity() < nodes_.size() + kSteps + 1) {
-            nodes_.reserve(2 * nodes_.size() + kSteps + 1);
-        }
-        // so that remove cannot fail, either
-        if (free_.capacity() < nodes_.capacity()) free_.reserve(nodes_.capacity());
+        nodes_.reserve(nodes_.size() + kSteps + 1);
+        free_.reserve(nodes_.capacity());  // so that remove cannot fail, either
     }
 
     // Adds a site at p, which none of the sites added before equals.
@@ -146,8 +143,8 @@ class Hints {
         }
     };
 
-    std::vector<Node> nodes_;
-    std::vector<Index> free_;  // nodes not in use
+    Array<Node> nodes_;
+    Array<Index> free_;  // nodes not in use
 };
 
 }  // namespace flintknap

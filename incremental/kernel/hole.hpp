@@ -24,7 +24,7 @@
 
 namespace flintknap {
 
-using Sites = std::vector<Point>;
+using Sites = Array<Point>;
 
 constexpr std::size_t kSmallHole = 128;
 
@@ -140,19 +140,16 @@ template <class Triangulation>
 class LargeHole {
    public:
     LargeHole(const Sites& sites, const std::vector<RimEdge>& rim) : rim_(rim) {
-        std::vector<Ranked> order;
-        for (std::size_t n = 0; n < rim.size(); ++n) {
+        Order order(rim.size(), mix);
+        place_.reserve(rim.size());
+        for (std::size_t i = 0; i < rim.size(); ++i) {
+            std::size_t n = order[i];
             if (rim[n].a == kGhost) {
                 ghost_ = n;
-            } else {
-                order.push_back({mix(n), static_cast<Index>(n)});
+                continue;
             }
-        }
-        radix_sort(order);
-        place_.reserve(order.size());
-        for (const Ranked& r : order) {
-            link_.insert(sites[at(rim[at(r.item)].a)]);
-            place_.push_back(at(r.item));
+            link_.insert(sites[at(rim[n].a)]);
+            place_.push_back(n);
         }
         copy_.resize(at(link_.mesh().triangles()), kNone);
         todo_.reserve(copy_.size());

@@ -21,11 +21,11 @@
 // Cost: 24 bytes a triangle, 4 a vertex.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
+
+#include "array.hpp"
 
 namespace flintknap {
 
@@ -78,12 +78,10 @@ class Mesh {
         edges_.reserve(6 * vertices);
         leaving_.reserve(vertices);
     }
-    // Room for one more vertex and some triangles, found before anything is changed. Capacities
-    // double: a reserve of the exact size on each call would copy everything each time.
+    // Room for one more vertex and some triangles, found before anything is changed.
     void make_room(std::size_t triangles) {
-        std::size_t need = edges_.size() + 3 * triangles;
-        if (edges_.capacity() < need) edges_.reserve(std::max(need, 2 * edges_.size()));
-        if (leaving_.capacity() == leaving_.size()) leaving_.reserve(2 * leaving_.size() + 4);
+        edges_.reserve(edges_.size() + 3 * triangles);
+        leaving_.reserve(leaving_.size() + 1);
     }
     void add_vertex() { leaving_.push_back(kNone); }
     Index add_triangle() {
@@ -157,8 +155,8 @@ class Mesh {
     }
 
    private:
-    std::vector<HalfEdge> edges_;
-    std::vector<Index> leaving_;
+    Array<HalfEdge> edges_;
+    Array<Index> leaving_;
     Index free_ = kNone;
 };
 

@@ -52,6 +52,9 @@ class Object {
         return points_.add(p);
     }
 
+    // So that n inserts cannot fail.
+    void make_room(std::size_t n) { points_.make_room(n); }
+
     template <class PointOf>
     void insert(std::size_t n, PointOf point, std::int64_t* ids) {
         points_.make_room(n);
@@ -296,7 +299,7 @@ class Object {
 
     template <class Observer, class Poll>
     void place_waiting(Observer& observer, Poll& poll) {
-        const std::vector<Points::Waiting>& waiting = points_.waiting();
+        const Array<Points::Waiting>& waiting = points_.waiting();
         std::size_t n = waiting.size(), placed = at(triangulation_.size());
         if (n == 0) return;
         if (n > placed) triangulation_.reserve(placed + n);
@@ -304,20 +307,39 @@ class Object {
         // or a cluster finer than the curve's cells hides the order within it: ask the hints then.
         bool dense = 4 * n >= placed;
         Index last = kNone;
-        constexpr std::size_t ahead = 16;
-        auto order = insertion_order(n, [&](std::size_t i) { return waiting[i].point; });
-        for (std::size_t i = 0; i < n; ++i) {
-            if (i % 16384 == 16383) poll();
-            if (i + 2 * ahead < n) __builtin_prefetch(&waiting[at(order[i + 2 * ahead].item)]);
-            if (i + ahead < n) points_.prefetch(order[i + ahead].item);
-            Index item = order[i].item;
-            bool near = dense && i > 0 && order[i].key != order[i - 1].key;
-            last = triangulation_.insert(waiting[at(item)].point, near ? last : kNone, observer);
-            points_.placed(item, last);
-            observer.appeared(last);
-            observer.created(triangulation_.created());
+        Order order = insertion_order(n, [&](std::size_t i) { return waiting[i].point; });
+        for (std::size_t first = 0; first < n; first += Batch::kMost) {
+            if (first % 16384 == 16384 - Batch::kMost) poll();
+            Batch batch(points_);
+            std::size_t count = std::min(Batch::kMost, n - first);
+            for (std::size_t i = 0; i < count; ++i) batch.which[i] = waiting[order[first + i]];
+            for (std::size_t& i = batch.placed; i < count;) {
+                bool near = dense && first + i > 0 && !order.is_tied(first + i);
+                last = triangulation_.insert(batch.which[i].point, near ? last : kNone, observer);
+                batch.slots[i++] = last;
+                observer.appeared(last);
+                observer.created(triangulation_.created());
+            }
         }
     }
+
+    // Some of those that wait, in the order in which they are placed: what is scattered over memory
+    // is fetched, and noted in the end, for many at a time.
+    struct Batch {
+        static constexpr std::size_t kMost = 256;
+
+        explicit Batch(Points& points) : points_(points) {}
+        Batch(const Batch&) = delete;
+        Batch& operator=(const Batch&) = delete;
+        ~Batch() { points_.placed(which, slots, placed); }
+
+        Points::Waiting which[kMost];
+        Index slots[kMost];
+        std::size_t placed = 0;
+
+       private:
+        Points& points_;
+    };
 
     Triangulation triangulation_;
     Points points_;

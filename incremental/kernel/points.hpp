@@ -40,7 +40,9 @@ class Points {
     std::size_t size() const { return points_.size() - free_.size(); }
     // How many times the set has changed.
     std::int64_t revision() const { return revision_; }
-    const std::vector<Waiting>& waiting() const { return waiting_; }
+    // How many steps were taken on points and their multiplicities.
+    std::int64_t steps() const { return steps_; }
+    const Array<Waiting>& waiting() const { return waiting_; }
     std::vector<std::int64_t> ids() const { return ids_.all(); }
     std::int64_t next_id() const { return ids_.next(); }
 
@@ -76,10 +78,10 @@ class Points {
     void make_room(std::size_t n) {
         std::size_t need = points_.size() + n;
         if (size() + n > kMost) throw std::length_error("more points than the kernel can number");
-        grow(points_, need);
-        grow(handle_of_, need);
-        grow(free_, need);
-        grow(waiting_, waiting_.size() + n);
+        points_.reserve(need);
+        handle_of_.reserve(need);
+        free_.reserve(need);
+        waiting_.reserve(waiting_.size() + n);
         ids_.make_room(n);
         if (4 * (size() + n) > 3 * table_.size()) rehash(size() + n);
     }
@@ -102,7 +104,10 @@ class Points {
     }
 
     // Takes one away from a point's multiplicity, which is more than one.
-    void take_one(Index handle) { --points_[at(handle)].multiplicity; }
+    void take_one(Index handle) {
+        --points_[at(handle)].multiplicity;
+        ++steps_;
+    }
 
     // Removes a point. Its slot, if it has one, is the triangulation's business, and still names
     // its coordinates.
@@ -119,6 +124,7 @@ class Points {
         points_[at(handle)].multiplicity = 0;
         free_.push_back(handle);
         ++revision_;
+        ++steps_;
     }
 
     // Moves a point to a place where none is. make_room first; its slot as in remove.
@@ -134,17 +140,18 @@ class Points {
         }
         table_[find(p, hash(p))] = {hash(p), handle};
         ++revision_;
+        ++steps_;
     }
 
-    // Fetches what placed(item) will need.
-    void prefetch(Index item) const { __builtin_prefetch(&points_[at(waiting_[at(item)].handle)]); }
-
-    // Notes that waiting()[item] now has a slot.
-    void placed(Index item, Index slot) {
-        Index handle = waiting_[at(item)].handle;
-        points_[at(handle)].slot = slot;
-        if (handle_of_.size() <= at(slot)) handle_of_.resize(at(slot) + 1);
-        handle_of_[at(slot)] = handle;
+    // Notes that some of those that wait have slots now.
+    void placed(const Waiting* which, const Index* slots, std::size_t count) {
+        if (count == 0) return;
+        std::size_t end = at(*std::max_element(slots, slots + count)) + 1;
+        if (handle_of_.size() < end) handle_of_.resize(end);
+        for (std::size_t i = 0; i < count; ++i) {
+            points_[at(which[i].handle)].slot = slots[i];
+            handle_of_[at(slots[i])] = which[i].handle;
+        }
     }
 
     // Drops from those that wait the ones that have been placed.
@@ -156,7 +163,7 @@ class Points {
             waiting_[left++] = w;
         }
         waiting_.resize(left);
-        if (left == 0 && waiting_.capacity() > 4096) std::vector<Waiting>().swap(waiting_);
+        if (left == 0 && waiting_.capacity() > 4096) Array<Waiting>().swap(waiting_);
     }
 
     // With nobody waiting.
@@ -210,11 +217,6 @@ class Points {
         Index multiplicity;
     };
 
-    template <class T>
-    static void grow(std::vector<T>& v, std::size_t need) {
-        if (v.capacity() < need) v.reserve(std::max(need, 2 * v.size()));
-    }
-
     static std::uint32_t hash(Point p) {
         std::uint64_t x, y;
         std::memcpy(&x, &p.x, sizeof x);
@@ -256,6 +258,7 @@ class Points {
         }
         Known& known = points_[at(e.handle)];
         ++known.multiplicity;
+        ++steps_;
         return known.id;
     }
 
@@ -284,7 +287,7 @@ class Points {
     void rehash(std::size_t need) {
         std::size_t room = 16;
         while (4 * need > 3 * room) room *= 2;
-        std::vector<Entry> old(room, Entry{0, kNone});
+        Array<Entry> old(room, Entry{0, kNone});
         table_.swap(old);
         for (const Entry& e : old) {
             if (e.handle == kNone) continue;
@@ -296,12 +299,12 @@ class Points {
 
     const Triangulation& t_;
     Ids ids_;
-    std::vector<Entry> table_;
-    std::vector<Known> points_;     // by handle
-    std::vector<Index> free_;       // handles not in use
-    std::vector<Index> handle_of_;  // by slot
-    std::vector<Waiting> waiting_;
-    std::int64_t revision_;
+    Array<Entry> table_;
+    Array<Known> points_;     // by handle
+    Array<Index> free_;       // handles not in use
+    Array<Index> handle_of_;  // by slot
+    Array<Waiting> waiting_;
+    std::int64_t revision_, steps_ = 0;
 };
 
 }  // namespace flintknap

@@ -133,12 +133,11 @@ class Sides {
             for (std::size_t i = 0; i < n; ++i) answer(i, -1);
             return;
         }
-        std::vector<Ranked> items = grouped(n, place);
+        Order items = grouped(n, place);
         for (std::size_t start = 0; start < n; start += kBatch) {
             std::size_t count = std::min(kBatch, n - start);
-            const Ranked* batch = &items[start];
             for (std::size_t i = 0; i < count; ++i) {
-                Point p = place(at(batch[i].item));
+                Point p = place(items[start + i]);
                 if (i == 0) box_ = {p.x, p.y, p.x, p.y};
                 box_.extend(p.x, p.y);
                 places_[i] = p;
@@ -147,7 +146,7 @@ class Sides {
             }
             enter(ring_.root(), 0, count);
             for (std::size_t i = 0; i < count; ++i) {
-                answer(at(batch[i].item), side_of(crossed_[i]));
+                answer(items[start + i], side_of(crossed_[i]));
             }
         }
     }
@@ -157,7 +156,7 @@ class Sides {
 
     // 0 .. n - 1 by cells, of which there are about as many as batches.
     template <class Place>
-    std::vector<Ranked> grouped(std::size_t n, Place place) const {
+    Order grouped(std::size_t n, Place place) const {
         double rows = std::min(std::ceil(std::sqrt(static_cast<double>(n / kBatch + 1))), 45.0);
         const Box& box = ring_.node(ring_.root()).box;
         double scale = rows / std::max(box.x_high - box.x_low, box.y_high - box.y_low);
@@ -165,15 +164,11 @@ class Sides {
             return static_cast<std::uint64_t>(std::max(0.0, std::min(offset * scale, rows - 1)));
         };
         std::uint64_t last = static_cast<std::uint64_t>(rows) - 1;
-        std::vector<Ranked> items(n);
-        for (std::size_t i = 0; i < n; ++i) {
+        return Order(n, [&](std::size_t i) {
             Point p = place(i);
             std::uint64_t column = cell(p.x - box.x_low), row = cell(p.y - box.y_low);
-            items[i] = {row * (last + 1) + (row % 2 == 0 ? column : last - column),
-                        static_cast<Index>(i)};
-        }
-        if (n > kBatch) radix_sort(items);
-        return items;
+            return (row * (last + 1) + (row % 2 == 0 ? column : last - column)) << 53;
+        });
     }
 
     // Whether no place of the batch enters a node or crosses its run an odd number of times.

@@ -183,10 +183,7 @@ class Ring {
     }
 
     // Vertices are below `slots`.
-    void make_slots(std::size_t slots) {
-        make_room(leaf_of_, slots);
-        leaf_of_.resize(std::max(slots, leaf_of_.size()), kNone);
-    }
+    void make_slots(std::size_t slots) { leaf_of_.resize(std::max(slots, leaf_of_.size()), kNone); }
 
     // Of all nodes there ever were.
     std::size_t nodes() const { return nodes_.size(); }
@@ -196,9 +193,9 @@ class Ring {
     Index plant(const Source& source, const Index* vertices, std::size_t n, Index closing) {
         std::size_t leaves = (n + at(kFill) - 1) / at(kFill);
         if (leaves > leaves_.size()) {
-            make_room(leaves_, leaves);
-            make_room(nodes_, 2 * leaves);
-            make_room(heights_, 2 * leaves);
+            leaves_.reserve(leaves);
+            nodes_.reserve(2 * leaves);
+            heights_.reserve(2 * leaves);
         }
         Index top = new_node();
         grow(source, top, {vertices, n, leaves, closing}, 0, leaves);
@@ -339,12 +336,6 @@ class Ring {
         std::size_t start(std::size_t leaf) const { return leaf * count / leaves; }
     };
 
-    // An eighth more than needed at a time: when doubling, half of it would be empty.
-    template <class T>
-    static void make_room(std::vector<T>& items, std::size_t need) {
-        if (items.capacity() < need) items.reserve(need + need / 8);
-    }
-
     Index modulo(Index place) const {
         return place < 0 ? place + size() : place >= size() ? place - size() : place;
     }
@@ -367,8 +358,8 @@ class Ring {
             free_node_ = node(n).left;
             return n;
         }
-        make_room(heights_, heights_.size() + 1);
-        make_room(nodes_, nodes_.size() + 1);
+        heights_.reserve(heights_.size() + 1);
+        nodes_.reserve(nodes_.size() + 1);
         heights_.push_back(0);
         nodes_.push_back({});
         return static_cast<Index>(nodes_.size()) - 1;
@@ -386,8 +377,7 @@ class Ring {
             Index l = free_leaf_;
             if (l == kNone) {
                 l = static_cast<Index>(leaves_.size());
-                make_room(leaves_, leaves_.size() + 1);
-                leaves_.emplace_back();
+                leaves_.push_back({});
             } else {
                 free_leaf_ = leaves_[at(l)].vertex[0];
             }
@@ -509,10 +499,10 @@ class Ring {
         return same ? "" : name + "does not follow from its children";
     }
 
-    std::vector<Node> nodes_;
-    std::vector<std::uint8_t> heights_;  // by node: 0 of a leaf
-    std::vector<Leaf> leaves_;
-    std::vector<Index> leaf_of_;  // by vertex: the leaf (a node) with it, or kNone
+    Array<Node> nodes_;
+    Array<std::uint8_t> heights_;  // by node: 0 of a leaf
+    Array<Leaf> leaves_;
+    Array<Index> leaf_of_;  // by vertex: the leaf (a node) with it, or kNone
     // What may be used again: nodes strung along `left`, leaves along their first vertices.
     Index free_node_ = kNone, free_leaf_ = kNone;
     Index root_ = kNone;

@@ -149,7 +149,7 @@ class Triangulation {
 
     // While all sites lie on one line: they, in the order of their coordinates. O(n log n).
     std::vector<Index> along_line() const {
-        std::vector<Index> line = line_;
+        std::vector<Index> line(line_.begin(), line_.end());
         std::sort(line.begin(), line.end(), [&](Index a, Index b) { return site(a) < site(b); });
         return line;
     }
@@ -208,9 +208,9 @@ class Triangulation {
    private:
     // Room for whatever an insert or a remove adds, but for the triangles of a fan.
     void make_room() {
-        if (sites_.size() == sites_.capacity()) sites_.reserve(2 * sites_.size() + 4);
-        if (free_slots_.capacity() < sites_.capacity()) free_slots_.reserve(sites_.capacity());
-        if (line_.size() == line_.capacity()) line_.reserve(2 * line_.size() + 4);
+        sites_.reserve(sites_.size() + 1);
+        free_slots_.reserve(sites_.capacity());
+        line_.reserve(line_.size() + 1);
         hints_.make_room();
         mesh_.make_room(2);
     }
@@ -456,8 +456,8 @@ class Triangulation {
     Sites sites_;
     Hints hints_;
     Index smallest_ = kNone;
-    std::vector<Index> free_slots_;
-    std::vector<Index> line_;  // all sites while they lie on one line; leaving() is the place in it
+    Array<Index> free_slots_;
+    Array<Index> line_;  // all sites while they lie on one line; leaving() is the place in it
     // Scratch, kept to spare allocations: the triangles to replace, the half-edges to look beyond,
     // the rim.
     std::vector<Index> cavity_, pending_;

@@ -29,14 +29,13 @@ template <class F>
 void along_curve(std::initializer_list<const DoubleArray*> columns, F f) {
     constexpr std::size_t ahead = 8;
     const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
-    std::vector<Ranked> order =
-        curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
+    Order order = curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
     for (std::size_t i = 0; i < order.size(); ++i) {
         if (i + ahead < order.size()) {
-            std::size_t next = at(order[i + ahead].item);
+            std::size_t next = order[i + ahead];
             for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
         }
-        f(at(order[i].item));
+        f(order[i]);
     }
 }
 

@@ -1,4 +1,7 @@
 // Points come, leave and are looked up.
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -45,6 +48,26 @@ std::int64_t move(Kernel& k, std::int64_t id, double x, double y) {
     return handle == kNone ? -1 : k.object().move(handle, place(x, y));
 }
 
+// Points come (true) and leave (false) at places, one after the other; in the end, the point with
+// an id, if it is not negative, moves to (x, y). The id of the point there, or -1. Those that leave
+// are there, and so is that id. Python sees all of it or nothing, for signals wait.
+std::int64_t change(Kernel& k, const std::vector<std::tuple<double, double, bool>>& steps,
+                    std::int64_t id, double x, double y) {
+    auto turn = k.take_turn();
+    nb::gil_scoped_release others_may_run;
+    Object& object = k.object();
+    object.make_room(steps.size());
+    for (auto [at_x, at_y, comes] : steps) {
+        Point p = place(at_x, at_y);
+        if (comes) {
+            object.insert(p);
+        } else {
+            object.remove(object.points().find(p));
+        }
+    }
+    return id < 0 ? -1 : object.move(object.points().find(id), place(x, y));
+}
+
 void clear(Kernel& k) {
     auto turn = k.take_turn();
     const Points& points = k.object().points();
@@ -73,6 +96,17 @@ auto ids(Kernel& k) {
 std::int64_t revision(Kernel& k) {
     auto turn = k.take_turn();
     return k.object().points().revision();
+}
+
+// The next id to be given.
+std::int64_t next_id(Kernel& k) {
+    auto turn = k.take_turn();
+    return k.object().points().next_id();
+}
+
+std::int64_t steps(Kernel& k) {
+    auto turn = k.take_turn();
+    return k.object().points().steps();
 }
 
 std::size_t size(Kernel& k) {
@@ -115,10 +149,13 @@ void bind_points(KernelClass& kernel) {
         .def("remove", remove, "point_id"_a)
         .def("remove_many", remove_many, "ids"_a)
         .def("move", move, "point_id"_a, "x"_a, "y"_a)
+        .def("change", change, "steps"_a, "point_id"_a = -1, "x"_a = 0.0, "y"_a = 0.0)
         .def("clear", clear)
         .def("find", find, "x"_a, "y"_a)
         .def("ids", ids)
+        .def("next_id", next_id)
         .def("revision", revision)
+        .def("steps", steps)
         .def("__len__", size)
         .def("points", points, "ids"_a)
         .def("multiplicity", multiplicity, "ids"_a);
