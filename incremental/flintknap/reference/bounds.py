@@ -53,7 +53,15 @@ class Strand:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Of a distance; whether the two cross for certain, and whether all is known of them."""
+    """What is known of a distance.
+
+    Attributes:
+        lower: no more than it.
+        upper: no less than it.
+        crosses: whether the two cross for certain.
+        exact: whether all is known of them.
+
+    """
 
     lower: float
     upper: float
