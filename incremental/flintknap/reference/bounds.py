@@ -39,7 +39,15 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class Strand:
-    """A path from p to s near its chord, and the two paths that it is made of, or none."""
+    """A path that stays near its chord.
+
+    Attributes:
+        p: where it begins.
+        s: where it ends.
+        error: how far it strays from the chord at most, rounded up.
+        halves: the two paths that it is made of, or none.
+
+    """
 
     p: Place
     s: Place
