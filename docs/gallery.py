@@ -124,7 +124,8 @@ def figure5() -> str:
 
 def figure7(benelux: fk.Engine) -> str:
     """Return approximations, all on the same scale."""
-    lists = [f"flintstones:{cut},boundary" for cut in CUTS]
+    shows = [f"flintstones:{cut},boundary" for cut in CUTS]
+    lists = [each if "=" in each else f"{each},approximation:{each[12]}" for each in shows]
     box = picture.extent(
         mark for each in lists for mark in picture.compose({"": benelux}, each).groups[0].marks
     )

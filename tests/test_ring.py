@@ -128,4 +128,4 @@ def test_memory_only_for_those_who_ask() -> None:
     before = engine._kernel.bytes()
     engine.side(0.0, 0.0)
     ring = engine._kernel.bytes() - before
-    assert 0 < ring <= 40 * 20_000
+    assert 0 < ring <= 44 * 20_000
