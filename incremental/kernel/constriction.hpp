@@ -34,6 +34,7 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -69,7 +70,7 @@ class Constriction : public Captures {
                 continue;
             }
             Index h = m.twin(m.hull_edge(x)), e = entered_through(h);
-            if (e != kNone) orphans_.push(e);
+            if (e != kNone) orphan(e);
             for (Index v : {m.origin(h), m.target(h)}) {
                 if (holder_[at(v)] == Forest::kRoot) release(v);
             }
@@ -106,6 +107,7 @@ class Constriction : public Captures {
     bool repair() {
         const Mesh& m = t_.mesh();
         std::int64_t enough = touched_ + t_.size();
+        work_ = 0;
         for (const std::vector<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
@@ -118,7 +120,7 @@ class Constriction : public Captures {
         }
         wait_for_freed();
         do {
-            if (touched_ > enough) return false;
+            if (touched_ + static_cast<std::int64_t>(work_ / kRatio) > enough) return false;
             for (std::size_t i = 0; i < waiting_.size(); ++i) offer(waiting_[i]);
             waiting_.clear();
         } while (settle_orphan() || take_earliest());
@@ -130,6 +132,7 @@ class Constriction : public Captures {
         forest_.release(retired_);
         retired_.clear();
         orphans_.clear();
+        forget_hanging();
         return true;
     }
 
@@ -149,6 +152,7 @@ class Constriction : public Captures {
         freed_.clear();
         retired_.clear();
         orphans_.clear();
+        forget_hanging();
         waiting_.clear();
         heap_.clear();
     }
@@ -163,6 +167,9 @@ class Constriction : public Captures {
     std::size_t bytes() const { return Captures::bytes() + links_.bytes(); }
 
    private:
+    // Writing the place of an event anew costs so much less than deriving it.
+    static constexpr std::size_t kRatio = 8;
+
     struct Candidate {
         Index event, parent;
     };
@@ -186,14 +193,25 @@ class Constriction : public Captures {
         Index edge = forest_.edge(e);
         for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
             Index child = entered_through(m.twin(side));
-            if (child != kNone) orphans_.push(child);
+            if (child != kNone) orphan(child);
         }
         event_of_[at(Mesh::triangle(edge))] = kNone;
         changed_.push_back(Mesh::triangle(edge));
         release(m.apex(edge));
+        hanging_.emplace(forest_.parent(e), e);
         forest_.die(e);
         retired_.push_back(e);
         ++touched_;
+    }
+    // Clearing many buckets would be the dearest part of all small repairs to come.
+    void forget_hanging() {
+        if (hanging_.bucket_count() > 4096) hanging_ = {};
+        hanging_.clear();
+    }
+
+    void orphan(Index e) {
+        hanging_.emplace(forest_.parent(e), e);
+        orphans_.push(e);
     }
 
     // The same for one whose triangle stays: its gates may be open again.
@@ -218,6 +236,7 @@ class Constriction : public Captures {
         if (holder != kNone && forest_.earlier(holder, e)) {
             forest_.withdraw(e);
         } else {
+            hanging_.emplace(parent, e);
             heap_.push({e, parent});
         }
     }
@@ -297,61 +316,25 @@ class Constriction : public Captures {
         }
         // What hangs from e with no larger key than the bound between; nothing else gets another
         // place in the order.
-        forest_.new_mark();
-        inside_.start(e);
-        while (visit(inside_, e, bound) || visit_hanging_orphan(bound)) {
+        inside_.start(forest_);
+        inside_.push(e);
+        while (visit(inside_, e, bound)) {
             if (inside_.seen.back() == parent) return false;
         }
         forest_.rename_parent(e, parent);
         for (Index x : inside_.seen) forest_.place(x, forest_.parent(x));
-        bool is_moved = false;
-        for (const Candidate& c : heap_.items()) {
-            if (!forest_.is_marked(c.parent)) continue;
-            forest_.place(c.event, c.parent);
-            is_moved = true;
-        }
-        if (is_moved) heap_.restore();
-        orphans_.restore();
+        work_ += inside_.seen.size();
+        if (inside_.meets_gates) restore(heap_);
+        if (inside_.meets_orphans) restore(orphans_);
         recheck(e, bound);
         return true;
-    }
-
-    // Goes on inside with an orphan that hangs, over dead events, from one that was visited.
-    bool visit_hanging_orphan(double bound) {
-        for (Index o : orphans_.items()) {
-            if (forest_.is_marked(o) || !is_orphan(o)) continue;
-            chain_.assign(1, o);
-            Index over = forest_.parent(o);
-            for (; forest_.is_dead(over) && !forest_.is_marked(over); over = forest_.parent(over)) {
-                chain_.push_back(over);
-            }
-            if (!forest_.is_marked(over)) continue;
-            bool is_new = false;
-            for (; !chain_.empty() && forest_.key(chain_.back()) <= bound; is_new = true) {
-                Index x = chain_.back();
-                chain_.pop_back();
-                if (x == o) {
-                    inside_.stack.push_back(o);
-                } else {
-                    forest_.mark(x);
-                    inside_.seen.push_back(x);
-                }
-            }
-            if (is_new) return true;
-        }
-        return false;
     }
 
     // The order of those inside and all else may have changed where no key above `bound` lies
     // between. Either they or the others are offered anew, gate by gate, whichever are fewer.
     void recheck(Index e, double bound) {
         Index top = forest_.parent(e);
-        outside_.start(kNone);
-        for (Index o : orphans_.items()) {
-            if (!forest_.is_marked(o) && is_orphan(o) && forest_.largest_apart(o, top) <= bound) {
-                outside_.stack.push_back(o);
-            }
-        }
+        outside_.start(forest_);
         outside_.seen.push_back(top);
         push_children(outside_, top, e, bound);
         while (outside_.seen.size() < inside_.seen.size()) {
@@ -364,54 +347,77 @@ class Constriction : public Captures {
         wait_for(inside_);
     }
 
-    // A walk down the forest: events still to be visited, and those seen.
+    // A walk down the forest: events still to be visited, and those seen; whether gates that wait
+    // in the heap are among them, or orphans.
     struct Walk {
         std::vector<Index> stack, seen;
-        void start(Index e) {
+        bool meets_gates = false, meets_orphans = false;
+
+        void start(Forest& forest) {
             stack.clear();
             seen.clear();
-            if (e != kNone) stack.push_back(e);
+            meets_gates = meets_orphans = false;
+            forest.new_mark();
         }
+        void push(Index e) { stack.push_back(e); }
     };
 
     bool visit(Walk& walk, Index e, double bound) {
+        while (!walk.stack.empty() && forest_.is_marked(walk.stack.back())) walk.stack.pop_back();
         if (walk.stack.empty()) return false;
         Index x = walk.stack.back();
         walk.stack.pop_back();
         walk.seen.push_back(x);
-        if (&walk == &inside_) forest_.mark(x);
+        forest_.mark(x);
         push_children(walk, x, e, bound);
         return true;
     }
 
+    // All that hang from x, but one, by keys no larger than the bound.
     void push_children(Walk& walk, Index x, Index but, double bound) {
         const Mesh& m = t_.mesh();
-        auto push = [&](Index gate) {
-            Index child = entered_through(gate);
+        auto push = [&](Index child) {
             if (child == kNone || child == but || forest_.parent(child) != x) return;
-            if (forest_.key(child) <= bound) walk.stack.push_back(child);
+            if (forest_.key(child) <= bound) walk.push(child);
         };
         if (x == Forest::kRoot) {
-            for (Index h : t_.hull()) push(h);
+            for (Index h : t_.hull()) push(entered_through(h));
         } else if (!forest_.is_dead(x)) {
             Index edge = forest_.edge(x);
-            push(m.twin(Mesh::next(edge)));
-            push(m.twin(Mesh::prev(edge)));
+            push(entered_through(m.twin(Mesh::next(edge))));
+            push(entered_through(m.twin(Mesh::prev(edge))));
+        }
+        auto [first, last] = hanging_.equal_range(x);
+        for (; first != last; ++first) {
+            Index child = first->second;
+            push(child);
+            if (forest_.is_dead(child)) continue;
+            (is_taken(child) ? walk.meets_orphans : walk.meets_gates) = true;
         }
     }
 
+    // Whether an event has removed its triangle; others wait in the heap, or are dead.
+    bool is_taken(Index e) const { return entered_through(forest_.edge(e)) == e; }
+
     void wait_for(const Walk& walk) {
         const Mesh& m = t_.mesh();
+        work_ += walk.seen.size();
         for (Index x : walk.seen) {
             if (x == Forest::kRoot) {
                 for (Index h : t_.hull()) waiting_.push_back(h);
-            } else if (!forest_.is_dead(x)) {
+            } else if (!forest_.is_dead(x) && is_taken(x)) {
                 Index edge = forest_.edge(x);
                 waiting_.push_back(m.twin(Mesh::next(edge)));
                 waiting_.push_back(m.twin(Mesh::prev(edge)));
                 wait_for_gates_at(m.apex(edge));
             }
         }
+    }
+
+    template <class T>
+    void restore(Heap<T, Sooner>& heap) {
+        work_ += heap.items().size();
+        heap.restore();
     }
 
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
@@ -435,7 +441,9 @@ class Constriction : public Captures {
     // that lost their holder, those of them whose gates are still to be offered, events to give
     // back at the end, events about to die, gates by time.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
-    std::vector<Index> waiting_, chain_;
+    std::vector<Index> waiting_;
+    std::unordered_multimap<Index, Index> hanging_;  // from dead, or dead, or only waiting
+    std::size_t work_ = 0;
     Walk inside_, outside_;
     Heap<Candidate, Sooner> heap_{Sooner{*this}};
     Heap<Index, Sooner> orphans_{Sooner{*this}};

@@ -121,7 +121,10 @@ class Forest {
     bool is_dead(Index e) const { return edge(e) < kNone; }
 
     // Gives the place of an event back from which nothing hangs.
-    void withdraw(Index e) { free_.push_back(e); }
+    void withdraw(Index e) {
+        events_[at(e)].parent = kNone;
+        free_.push_back(e);
+    }
 
     // Takes all dead events out of the forest, which are those given, and gives their places back.
     // None that stays may hang from one of them.
