@@ -40,7 +40,11 @@ SETS: dict[str, Callable[[int, int], Points]] = {
     NOISY: sets.noisy_curve,
     CLEAN: sets.curve,
 }
-TARGETS = {(UNIFORM, 10**5): tables.at_least(60), (NOISY, 10**5): tables.at_least(250)}
+TARGETS = {
+    (UNIFORM, 10**5): tables.at_least(400),
+    (NOISY, 10**5): tables.at_least(800),
+    (CLEAN, 10**5): tables.at_least(400),
+}
 ROUNDS = 4
 SHARE = 20  # a round inserts no more than one point on top of so many: N stays N
 INSERTS, QUICK_INSERTS = 4000, 400  # in all rounds together
