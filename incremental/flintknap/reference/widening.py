@@ -130,7 +130,7 @@ def need(sites: list[Site], a: int, b: int) -> float:
 
 
 def size(a: list[float], b: list[float], cot: float) -> float:
-    """Square of the diameter of the discs of a pair, length over sin phi, from the cotangent of phi."""
+    """Square of the diameter of the discs of a pair, length over sin(phi), from cot(phi)."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     return (dx * dx + dy * dy) * (1.0 + cot * cot)
 
