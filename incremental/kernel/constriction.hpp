@@ -17,7 +17,7 @@
 //      q           p          of what hangs from e, only those have another place in the order to
 //       \    ==>    \         which no key leads that exceeds all keys on the two ways, from q
 //        e           e        and from p up to where they meet; and only among others near by, in
-//       / \         / \       the same sense (theorem 10). Those, or these if they are fewer, are
+//       / \         / \       the same sense (theory, 3.2). Those, or these if they are fewer, are
 //                             offered anew.
 //
 // So times leave heap and orphans in ascending order, as in the restoration of shortest paths
