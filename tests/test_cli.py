@@ -168,6 +168,20 @@ def test_layers_are_drawn(run, tmp_path, asked):
     assert 'class="stones"' in layered.read_text()
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "layer"),
+    [("--level", "2", "flintstones:2"), ("--tolerance", "0.5", "flintstones:tolerance=0.5")],
+)
+def test_a_cut_is_short_for_its_flintstones(run, tmp_path, asked, option, value, layer):
+    drawn = tmp_path / "drawn"
+    assert run(asked, "--svg", drawn, option, value)[0] == 0
+    assert drawn.read_text() == svg.draw(replay(asked).engines, f"{layer},boundary")
+    code, _, told = run(asked, "--svg", drawn, option, "x")
+    assert code == 2
+    assert f"argument {option}: got " in told
+    assert run(asked, "--svg", drawn, option, value, "--layers", "boundary")[0] == 2
+
+
 def test_png_is_the_picture(run, tmp_path, asked):
     assert run(asked, "--png", tmp_path / "it", "--layers", "graph,boundary")[0] == 0
     with Image.open(tmp_path / "it") as image:
@@ -285,7 +299,7 @@ def test_nobody_reads_the_picture(unbuffered):
         (["--svg", "-", "--json"], "expected nothing else to go to standard output"),
         (["--svg", "-", "--geojson", "-"], "expected nothing else to go to standard output"),
         (["--png", "-", "--collisions"], "expected nothing else to go to standard output"),
-        (["--svg", "x", "--level", "4"], "unrecognized arguments: --level 4"),
+        (["--svg", "x", "--level", "4.5"], "a level is an integer, 0 or more"),
     ],
 )
 def test_pictures_that_cannot_be_meant(run, asked, options, words):

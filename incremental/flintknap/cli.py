@@ -149,12 +149,27 @@ layers, drawn in the order of the list, later ones over earlier ones:
         type=_count,
         help="a frame every N events; if left out, 100 frames or so",
     )
-    pictures.add_argument(
+    shown = pictures.add_mutually_exclusive_group()
+    shown.add_argument(
         "--layers",
         metavar="LIST",
         type=_layers,
         help="what to draw, with commas between; if left out, the boundary, and the points where "
         "they are not crowded",
+    )
+    shown.add_argument(
+        "--level",
+        metavar="N",
+        dest="layers",
+        type=lambda text: _layers(f"flintstones:{text},boundary"),
+        help="short for --layers flintstones:N,boundary",
+    )
+    shown.add_argument(
+        "--tolerance",
+        metavar="T",
+        dest="layers",
+        type=lambda text: _layers(f"flintstones:tolerance={text},boundary"),
+        help="short for --layers flintstones:tolerance=T,boundary",
     )
 
     verb = _add(
@@ -224,9 +239,7 @@ def _misused(options: argparse.Namespace) -> str:
     drawn = animated or options.svg is not None or options.png is not None
     to_output = files.count(Path("-")) + options.json + options.collisions
     if options.layers is not None and not drawn:
-        return (
-            "got --layers and nothing to draw, expected one of --svg, --png, --gif, --frames, too"
-        )
+        return "got layers and nothing to draw, expected one of --svg, --png, --gif, --frames, too"
     if options.every is not None and not animated:
         return "got --every and no frames, expected --gif or --frames, too"
     if animated and options.log == "-":
