@@ -4,9 +4,9 @@
 // each event is opened by its parent, and every open gate points at a site captured no later. A
 // change of the triangulation breaks that here and there, and repair restores it:
 //
-//   1. An event dies when its triangle or its hull edge goes, or when a gate captures its site
-//      earlier. Those that hang from it are *orphans*: they keep their places in the order, for the
-//      dead stay in the forest until the repair ends.
+//   1. An event dies when its triangle goes, or when its site is captured earlier. Those that hang
+//      from it, or whose hull edge went, are *orphans*: they keep their places in the order, for
+//      the dead stay in the forest until the repair ends.
 //   2. Gates that opened anew, and those that point at sites thus freed, enter a heap by time.
 //   3. The earliest of the heap and of the orphans is taken. A gate whose target is held by an
 //      earlier event is dropped; else it captures its target and opens two more. An orphan dies: if
@@ -27,7 +27,7 @@
 //
 // Invariants (check): those of captures.hpp.
 // Cost: a repair O(touched log n), touched being the events that died or came, and O(1) each for
-// those whose place in the order is written anew. It ends, for one that touches more events than
+// those whose place in the order is written anew. It ends, for one that does more of either than
 // there are sites is given up for a run from scratch.
 #pragma once
 
@@ -180,6 +180,7 @@ class Constriction : public Captures {
             return c.forest_.earlier(a.event, b.event);
         }
     };
+
     void release(Index v) {
         holder_[at(v)] = kNone;
         ++left_inside_;
@@ -203,18 +204,19 @@ class Constriction : public Captures {
         retired_.push_back(e);
         ++touched_;
     }
-    // Clearing many buckets would be the dearest part of all small repairs to come.
-    void forget_hanging() {
-        if (hanging_.bucket_count() > 4096) hanging_ = {};
-        hanging_.clear();
-    }
 
     void orphan(Index e) {
         hanging_.emplace(forest_.parent(e), e);
         orphans_.push(e);
     }
 
-    // The same for one whose triangle stays: its gates may be open again.
+    // Clearing many buckets would be the dearest part of all small repairs to come.
+    void forget_hanging() {
+        if (hanging_.bucket_count() > 4096) hanging_ = {};
+        hanging_.clear();
+    }
+
+    // Ends one whose triangle stays: its gates may be open again.
     void put_back(Index e) {
         wait_for_gates_into(Mesh::triangle(forest_.edge(e)));
         kill(e);
@@ -333,6 +335,7 @@ class Constriction : public Captures {
     // The order of those inside and all else may have changed where no key above `bound` lies
     // between. Either they or the others are offered anew, gate by gate, whichever are fewer.
     void recheck(Index e, double bound) {
+        if (inside_.seen.size() == 1) return wait_for(inside_);  // spares a look along the hull
         Index top = forest_.parent(e);
         outside_.start(forest_);
         outside_.seen.push_back(top);
@@ -438,12 +441,13 @@ class Constriction : public Captures {
     std::int64_t touched_ = 0;
     Links links_;
     // A change in progress: triangles that went, that came, others that changed sides, vertices
-    // that lost their holder, those of them whose gates are still to be offered, events to give
-    // back at the end, events about to die, gates by time.
-    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
-    std::vector<Index> waiting_;
-    std::unordered_multimap<Index, Index> hanging_;  // from dead, or dead, or only waiting
-    std::size_t work_ = 0;
+    // that lost their holder, those of them whose gates are still to be offered, dead events, gates
+    // to be offered, gates and orphans by time.
+    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, waiting_;
+    // By parent, what hangs from it and the triangles do not tell: the dead, their orphans, gates
+    // in the heap. An entry holds while its parent is still the one it says.
+    std::unordered_multimap<Index, Index> hanging_;
+    std::size_t work_ = 0;  // places in the order that were written or looked at
     Walk inside_, outside_;
     Heap<Candidate, Sooner> heap_{Sooner{*this}};
     Heap<Index, Sooner> orphans_{Sooner{*this}};
