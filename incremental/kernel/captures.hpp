@@ -78,8 +78,20 @@ class Captures {
     // The first broken invariant, or nothing. O(n log n).
     std::string check() const {
         const Mesh& m = t_.mesh();
+        std::string broken = forest_.check();
+        if (!broken.empty()) return broken;
         Captures other(t_);
         other.build();
+        other.forest_.open();
+        for (Index e = Forest::kRoot, o = e; forest_.is_open() && o != kNone;) {
+            e = forest_.next(e);
+            o = other.forest_.next(o);
+            if ((e == kNone) == (o == kNone) &&
+                (e == kNone || forest_.edge(e) == other.forest_.edge(o)))
+                continue;
+            return "event " + std::to_string(e) + " comes in place of event " + std::to_string(o) +
+                   " of a run from scratch";
+        }
         for (Index x = 0; x < m.triangles(); ++x) {
             Index here = event_of_[at(x)], there = other.event_of_[at(x)];
             Index edge = here == kNone ? kNone : forest_.edge(here);
@@ -164,7 +176,7 @@ class Captures {
     Opening step(Opening taken, Openings& heap) {
         const Mesh& m = t_.mesh();
         Index edge = taken.edge, k = taken.apex;
-        Index e = forest_.add(taken.gate(), opener(edge));
+        Index e = forest_.append(taken.gate(), opener(edge));
         event_of_[at(Mesh::triangle(edge))] = e;
         hold(k, e);
         following_[at(m.origin(edge))] = k;

@@ -32,9 +32,7 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -63,6 +61,7 @@ class Constriction : public Captures {
     // forget_changes when all who want to know what has changed have seen it.
     void destroying(const std::vector<Index>& triangles) {
         const Mesh& m = t_.mesh();
+        forest_.open();
         destroyed_.insert(destroyed_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
             if (!m.is_ghost(x)) {
@@ -79,6 +78,7 @@ class Constriction : public Captures {
 
     void created(const std::vector<Index>& triangles) {
         const Mesh& m = t_.mesh();
+        forest_.open();
         event_of_.resize(at(m.triangles()), kNone);
         created_.insert(created_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
@@ -108,6 +108,7 @@ class Constriction : public Captures {
         const Mesh& m = t_.mesh();
         std::int64_t enough = touched_ + t_.size();
         work_ = 0;
+        forest_.open();
         for (const std::vector<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
@@ -123,7 +124,7 @@ class Constriction : public Captures {
             if (touched_ + static_cast<std::int64_t>(work_ / kRatio) > enough) return false;
             for (std::size_t i = 0; i < waiting_.size(); ++i) offer(waiting_[i]);
             waiting_.clear();
-        } while (settle_orphan() || take_earliest());
+        } while (proceed());
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
         for (Index v : loosened_) {
@@ -131,8 +132,6 @@ class Constriction : public Captures {
         }
         forest_.release(retired_);
         retired_.clear();
-        orphans_.clear();
-        forget_hanging();
         return true;
     }
 
@@ -151,10 +150,7 @@ class Constriction : public Captures {
         loosened_.clear();
         freed_.clear();
         retired_.clear();
-        orphans_.clear();
-        forget_hanging();
         waiting_.clear();
-        heap_.clear();
     }
 
     // Between repairs only: changes in progress do not travel.
@@ -169,17 +165,6 @@ class Constriction : public Captures {
    private:
     // Writing the place of an event anew costs so much less than deriving it.
     static constexpr std::size_t kRatio = 8;
-
-    struct Candidate {
-        Index event, parent;
-    };
-    struct Sooner {
-        const Constriction& c;
-        bool operator()(Index a, Index b) const { return c.forest_.earlier(a, b); }
-        bool operator()(Candidate a, Candidate b) const {
-            return c.forest_.earlier(a.event, b.event);
-        }
-    };
 
     void release(Index v) {
         holder_[at(v)] = kNone;
@@ -199,21 +184,15 @@ class Constriction : public Captures {
         event_of_[at(Mesh::triangle(edge))] = kNone;
         changed_.push_back(Mesh::triangle(edge));
         release(m.apex(edge));
-        hanging_.emplace(forest_.parent(e), e);
+        forest_.set_waiting(e, false);
         forest_.die(e);
         retired_.push_back(e);
         ++touched_;
     }
 
     void orphan(Index e) {
-        hanging_.emplace(forest_.parent(e), e);
-        orphans_.push(e);
-    }
-
-    // Clearing many buckets would be the dearest part of all small repairs to come.
-    void forget_hanging() {
-        if (hanging_.bucket_count() > 4096) hanging_ = {};
-        hanging_.clear();
+        forest_.set_parent(e, kNone);
+        forest_.set_waiting(e, true);
     }
 
     // Ends one whose triangle stays: its gates may be open again.
@@ -226,21 +205,24 @@ class Constriction : public Captures {
     // gives an orphan behind it its parent.
     void offer(Index edge) {
         Index parent = opener(edge), x = Mesh::triangle(edge);
-        if (parent == kNone || t_.mesh().is_ghost(x)) return;
+        if (parent == kNone || t_.mesh().is_ghost(x) || forest_.is_adrift(parent)) return;
         if (event_of_[at(x)] != kNone) {
             Index e = entered_through(edge);
-            if (e != kNone && forest_.parent(e) != parent) graft(e, parent);
+            if (e != kNone && forest_.parent(e) == kNone) graft(e, parent);
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder == Forest::kRoot) return;
-        Index e = forest_.add(make_gate(t_, edge), parent);
-        if (holder != kNone && forest_.earlier(holder, e)) {
-            forest_.withdraw(e);
-        } else {
-            hanging_.emplace(parent, e);
-            heap_.push({e, parent});
+        if (holder != kNone && forest_.earlier(holder, parent)) return;
+        Gate gate = make_gate(t_, edge);
+        Index place = forest_.first_as_large(parent, gate);
+        if (place != kNone) {
+            bool is_there = forest_.edge(place) == edge && forest_.parent(place) == parent;
+            if (is_there || (holder != kNone && forest_.earlier(holder, place))) return;
+        } else if (holder != kNone) {
+            return;
         }
+        forest_.add(gate, parent, place);
     }
 
     void wait_for_gates_into(Index x) {
@@ -263,164 +245,218 @@ class Constriction : public Captures {
         freed_.clear();
     }
 
-    // The earliest gate in the heap captures its target, if it still can. False if there is none.
-    bool take_earliest() {
-        if (heap_.empty()) return false;
+    // Does what is to be done next: the earliest gate captures, or the earliest orphan is settled.
+    // False if nothing waits.
+    bool proceed() {
+        Index e = forest_.first_waiting();
+        if (e == kNone) return false;
+        if (entered_through(forest_.edge(e)) == e) {
+            settle(e);
+        } else {
+            take(e);
+        }
+        return true;
+    }
+
+    // Captures the target of a gate, if it still can.
+    void take(Index e) {
         const Mesh& m = t_.mesh();
-        Candidate c = heap_.pop();
-        Index edge = forest_.edge(c.event), x = Mesh::triangle(edge);
+        Index edge = forest_.edge(e), x = Mesh::triangle(edge);
         Index target = m.apex(edge), holder = holder_[at(target)];
-        bool is_open = event_of_[at(x)] == kNone && opener(edge) == c.parent;
-        if (!is_open || holder == Forest::kRoot ||
-            (holder != kNone && forest_.earlier(holder, c.event))) {
-            forest_.withdraw(c.event);
-            return true;
+        bool is_open = event_of_[at(x)] == kNone && opener(edge) == forest_.parent(e);
+        bool is_placed = is_open && stands(e);
+        if (is_open && !is_placed) waiting_.push_back(edge);
+        if (!is_placed || holder == Forest::kRoot ||
+            (holder != kNone && forest_.earlier(holder, e))) {
+            forest_.withdraw(e);
+            return;
         }
         if (holder != kNone) put_back(holder);
-        event_of_[at(x)] = c.event;
-        hold(target, c.event);
+        forest_.set_waiting(e, false);
+        event_of_[at(x)] = e;
+        hold(target, e);
         ++touched_;
         changed_.push_back(x);
         wait_for_freed();
         waiting_.push_back(m.twin(Mesh::next(edge)));
         waiting_.push_back(m.twin(Mesh::prev(edge)));
-        return true;
     }
 
-    bool is_orphan(Index e) const {
-        if (forest_.is_dead(e)) return false;
-        return opener(forest_.edge(e)) != forest_.parent(e);
+    // Whether a gate still has the place that it got from its parent.
+    bool stands(Index e) const {
+        Index parent = forest_.parent(e);
+        return forest_.earlier(parent, e) && forest_.first_as_large(parent, forest_.gate(e)) == e;
     }
 
-    // An orphan that no gate leads to any more ends. False if there is none.
-    bool settle_orphan() {
-        drop_settled();
-        if (orphans_.empty()) return false;
-        if (!heap_.empty() && forest_.earlier(heap_.top().event, orphans_.top())) return false;
-        Index e = orphans_.pop(), parent = opener(forest_.edge(e));
-        if (parent == kNone || !graft(e, parent)) {
+    // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
+    void settle(Index e) {
+        Index parent = opener(forest_.edge(e));
+        bool is_opener_adrift = parent != kNone && forest_.is_adrift(parent);
+        if (parent != kNone && !is_opener_adrift && graft(e, parent)) return;
+        if (forest_.is_adrift(e)) {
             put_back(e);
             wait_for_freed();
+        } else {
+            set_adrift(e, is_opener_adrift ? parent : kNone);
         }
-        return true;
     }
 
-    void drop_settled() {
-        while (!orphans_.empty() && !is_orphan(orphans_.top())) orphans_.pop();
+    // Takes an orphan to the end of time. What hangs from it becomes orphans, its site others may
+    // capture meanwhile.
+    void set_adrift(Index e, Index parent) {
+        const Mesh& m = t_.mesh();
+        Index edge = forest_.edge(e), after = parent == kNone ? Forest::kNever : parent;
+        for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
+            Index child = entered_through(m.twin(side));
+            if (child != kNone) orphan(child);
+        }
+        forest_.move(e, e, forest_.first_as_large(after, forest_.gate(e)));
+        hang(e, parent);
+        wait_for_gates_at(m.apex(edge));
+        ++work_;
+    }
+
+    // Gives an orphan a parent, or none.
+    void hang(Index e, Index parent) {
+        forest_.set_parent(e, parent);
+        forest_.set_waiting(e, parent == kNone);
     }
 
     // Hangs event e from the event that opens its gate now. False if that one hangs from e.
     bool graft(Index e, Index parent) {
-        double bound = forest_.largest_apart(forest_.parent(e), parent);
-        if (forest_.key(e) > bound) {
-            forest_.rename_parent(e, parent);
+        if (forest_.first_as_large(parent, forest_.gate(e)) == e) {
+            hang(e, parent);
             return true;
         }
-        // What hangs from e with no larger key than the bound between; nothing else gets another
-        // place in the order.
-        inside_.start(forest_);
-        inside_.push(e);
-        while (visit(inside_, e, bound)) {
-            if (inside_.seen.back() == parent) return false;
-        }
-        forest_.rename_parent(e, parent);
-        for (Index x : inside_.seen) forest_.place(x, forest_.parent(x));
-        work_ += inside_.seen.size();
-        if (inside_.meets_gates) restore(heap_);
-        if (inside_.meets_orphans) restore(orphans_);
-        recheck(e, bound);
-        return true;
+        return forest_.earlier(e, parent) ? delay(e, parent) : advance(e, parent);
     }
 
-    // The order of those inside and all else may have changed where no key above `bound` lies
-    // between. Either they or the others are offered anew, gate by gate, whichever are fewer.
-    void recheck(Index e, double bound) {
-        if (inside_.seen.size() == 1) return wait_for(inside_);  // spares a look along the hull
-        Index top = forest_.parent(e);
-        outside_.start(forest_);
-        outside_.seen.push_back(top);
-        push_children(outside_, top, e, bound);
-        while (outside_.seen.size() < inside_.seen.size()) {
-            if (visit(outside_, e, bound)) continue;
-            if (top == Forest::kRoot || forest_.key(top) > bound) return wait_for(outside_);
-            Index below = std::exchange(top, forest_.parent(top));
-            outside_.seen.push_back(top);
-            push_children(outside_, top, below, bound);
-        }
-        wait_for(inside_);
-    }
-
-    // A walk down the forest: events still to be visited, and those seen; whether gates that wait
-    // in the heap are among them, or orphans.
-    struct Walk {
-        std::vector<Index> stack, seen;
-        bool meets_gates = false, meets_orphans = false;
-
-        void start(Forest& forest) {
-            stack.clear();
-            seen.clear();
-            meets_gates = meets_orphans = false;
-            forest.new_mark();
-        }
-        void push(Index e) { stack.push_back(e); }
+    // A run of events: one and those behind it that are smaller, mostly what hangs from it.
+    struct Run {
+        Index first, last;
     };
 
-    bool visit(Walk& walk, Index e, double bound) {
-        while (!walk.stack.empty() && forest_.is_marked(walk.stack.back())) walk.stack.pop_back();
-        if (walk.stack.empty()) return false;
-        Index x = walk.stack.back();
-        walk.stack.pop_back();
-        walk.seen.push_back(x);
-        forest_.mark(x);
-        push_children(walk, x, e, bound);
+    // The event behind the run that starts with r, or kNone.
+    Index end_of_run(Index r) const { return forest_.first_as_large(r, forest_.gate(r)); }
+    Index last_before(Index end) const {
+        return end == kNone ? forest_.last() : forest_.previous(end);
+    }
+
+    // Whether an event is in one of the runs to be moved, which are in order.
+    bool is_in_runs(Index e) const {
+        auto run = std::upper_bound(runs_.begin(), runs_.end(), e, [&](Index x, const Run& r) {
+            return forest_.earlier(x, r.first);
+        });
+        return run != runs_.begin() && !forest_.earlier((--run)->last, e);
+    }
+    bool hangs_from_runs(Index r) const {
+        return forest_.parent(r) != kNone && is_in_runs(forest_.parent(r));
+    }
+
+    void move(Run run) {
+        Index parent = forest_.parent(run.first);
+        forest_.move(run.first, run.last, forest_.first_as_large(parent, forest_.gate(run.first)));
+    }
+
+    // Grafts e where it comes later. Of the runs that hang from it, those move along that have come
+    // before the new parent.
+    bool delay(Index e, Index parent) {
+        runs_.clear();
+        for (Index r = e, end = kNone;; r = end) {
+            end = end_of_run(r);
+            bool hangs = r == e || hangs_from_runs(r);
+            if (end == kNone || forest_.earlier(parent, end)) {
+                if (hangs) return false;
+                break;
+            }
+            if (hangs) runs_.push_back({r, last_before(end)});
+            ++work_;
+        }
+        Index before = forest_.previous(e);
+        hang(e, parent);
+        for (Run run : runs_) move(run);
+        recheck(forest_.next(before), runs_.back().first, true);
         return true;
     }
 
-    // All that hang from x, but one, by keys no larger than the bound.
-    void push_children(Walk& walk, Index x, Index but, double bound) {
-        const Mesh& m = t_.mesh();
-        auto push = [&](Index child) {
-            if (child == kNone || child == but || forest_.parent(child) != x) return;
-            if (forest_.key(child) <= bound) walk.push(child);
-        };
-        if (x == Forest::kRoot) {
-            for (Index h : t_.hull()) push(entered_through(h));
-        } else if (!forest_.is_dead(x)) {
-            Index edge = forest_.edge(x);
-            push(entered_through(m.twin(Mesh::next(edge))));
-            push(entered_through(m.twin(Mesh::prev(edge))));
+    // Grafts e where it comes earlier. Of the runs that hang from it, those move along that are not
+    // larger than all that e has passed.
+    bool advance(Index e, Index parent) {
+        runs_.clear();
+        bool was_adrift = forest_.is_adrift(e);
+        hang(e, parent);
+        Index r = e;
+        while (r != kNone) {
+            Index end = end_of_run(r);
+            if (r == e || hangs_from_runs(r)) {
+                Run run{r, last_before(end)};
+                if (forest_.first_as_large(forest_.parent(r), forest_.gate(r)) == r) break;
+                move(run);
+                runs_.push_back(run);
+            } else if (forest_.first_as_large(runs_.back().last, forest_.gate(r)) == r) {
+                break;
+            }
+            r = end;
+            ++work_;
         }
-        auto [first, last] = hanging_.equal_range(x);
-        for (; first != last; ++first) {
-            Index child = first->second;
-            push(child);
-            if (forest_.is_dead(child)) continue;
-            (is_taken(child) ? walk.meets_orphans : walk.meets_gates) = true;
+        if (was_adrift) {
+            list_runs();
+            offer_again(inside_, true);
+        } else {
+            recheck(e, r, false);
+        }
+        return true;
+    }
+
+    void list_runs() {
+        inside_.clear();
+        for (Run run : runs_) {
+            inside_.push_back(run.first);
+            while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
         }
     }
 
-    // Whether an event has removed its triangle; others wait in the heap, or are dead.
-    bool is_taken(Index e) const { return entered_through(forest_.edge(e)) == e; }
-
-    void wait_for(const Walk& walk) {
-        const Mesh& m = t_.mesh();
-        work_ += walk.seen.size();
-        for (Index x : walk.seen) {
-            if (x == Forest::kRoot) {
-                for (Index h : t_.hull()) waiting_.push_back(h);
-            } else if (!forest_.is_dead(x) && is_taken(x)) {
-                Index edge = forest_.edge(x);
-                waiting_.push_back(m.twin(Mesh::next(edge)));
-                waiting_.push_back(m.twin(Mesh::prev(edge)));
-                wait_for_gates_at(m.apex(edge));
+    // The order of runs that have moved has changed among those between `from` and `to`. One of two
+    // comes earlier now, and its gates may lead to sites that the other holds: either the runs are
+    // offered anew or the others are, whichever are fewer.
+    void recheck(Index from, Index to, bool later) {
+        inside_.clear();
+        outside_.clear();
+        auto run = runs_.begin(), passed = run;
+        Index in = run->first, out = from;
+        while (true) {
+            while (passed != runs_.end() && out == passed->first) {
+                out = forest_.next(passed->last);
+                ++passed;
+            }
+            if (out == to || (later && passed == runs_.end())) return offer_again(outside_, later);
+            outside_.push_back(out);
+            out = forest_.next(out);
+            inside_.push_back(in);
+            if (in != run->last) {
+                in = forest_.next(in);
+            } else if (++run != runs_.end()) {
+                in = run->first;
+            } else {
+                return offer_again(inside_, !later);
             }
         }
     }
 
-    template <class T>
-    void restore(Heap<T, Sooner>& heap) {
-        work_ += heap.items().size();
-        heap.restore();
+    // Gates that lead from events that come earlier than before, or to those that come later.
+    void offer_again(const std::vector<Index>& events, bool earlier) {
+        const Mesh& m = t_.mesh();
+        for (Index e : events) {
+            Index edge = forest_.edge(e);
+            if (edge < 0 || entered_through(edge) != e) continue;
+            if (earlier) {
+                waiting_.push_back(m.twin(Mesh::next(edge)));
+                waiting_.push_back(m.twin(Mesh::prev(edge)));
+            } else {
+                wait_for_gates_at(m.apex(edge));
+            }
+        }
+        work_ += events.size();
     }
 
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
@@ -444,13 +480,9 @@ class Constriction : public Captures {
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
     // to be offered, gates and orphans by time.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, waiting_;
-    // By parent, what hangs from it and the triangles do not tell: the dead, their orphans, gates
-    // in the heap. An entry holds while its parent is still the one it says.
-    std::unordered_multimap<Index, Index> hanging_;
-    std::size_t work_ = 0;  // places in the order that were written or looked at
-    Walk inside_, outside_;
-    Heap<Candidate, Sooner> heap_{Sooner{*this}};
-    Heap<Index, Sooner> orphans_{Sooner{*this}};
+    std::size_t work_ = 0;   // places in the order that were written or looked at
+    std::vector<Run> runs_;  // those that a graft moves
+    std::vector<Index> inside_, outside_;
 };
 
 }  // namespace flintknap
