@@ -5,30 +5,30 @@
 // change of the triangulation breaks that here and there, and repair restores it:
 //
 //   1. An event dies when its triangle goes, or when its site is captured earlier. Those that hang
-//      from it, or whose hull edge went, are *orphans*: they keep their places in the order, for
-//      the dead stay in the forest until the repair ends.
-//   2. Gates that opened anew, and those that point at sites thus freed, enter a heap by time.
-//   3. The earliest of the heap and of the orphans is taken. A gate whose target is held by an
-//      earlier event is dropped; else it captures its target and opens two more. An orphan dies: if
-//      a gate led to it by now, it would be none.
+//      from it, or whose hull edge went, are *orphans*: they keep their places in the order.
+//   2. Gates that opened anew, and those that point at sites thus freed, wait at the places in the
+//      order that they have.
+//   3. The first that waits is taken, gate or orphan. A gate whose target is held by an earlier
+//      event is dropped; else it captures its target and opens two more. An orphan to which no
+//      gate led by now is set adrift: it goes to the end of time, where it waits again. If it is
+//      taken there, no gate has led to it at all, and it dies.
 //   4. Where a gate opens behind which an orphan stands, that is *grafted*: the event that opened
-//      the gate is its parent now, and all that hangs from it comes along.
+//      the gate is its parent now, and what hangs from it comes along.
 //
-//      q           p          of what hangs from e, only those have another place in the order to
-//       \    ==>    \         which no key leads that exceeds all keys on the two ways, from q
-//        e           e        and from p up to where they meet; and only among others near by, in
-//       / \         / \       the same sense (theory, 3.2). Those, or these if they are fewer, are
-//                             offered anew.
+//      q           p          mostly e stands where it belongs already, and nothing else happens.
+//       \    ==>    \         Else its run moves (forest.hpp), and those of its descendants that
+//        e           e        must. Of moved and passed ones either are offered anew, whichever
+//       / \         / \       are fewer; nothing else has another place among others.
 //
-// So times leave heap and orphans in ascending order, as in the restoration of shortest paths
+// So gates are taken in ascending order of time, as in the restoration of shortest paths
 // (Ramalingam and Reps 1996).
 //
 // Links (links.hpp) learns which vertices are followed by others than before.
 //
 // Invariants (check): those of captures.hpp.
-// Cost: a repair O(touched log n), touched being the events that died or came, and O(1) each for
-// those whose place in the order is written anew. It ends, for one that does more of either than
-// there are sites is given up for a run from scratch.
+// Cost: a repair O(log n) for each event that died, came, went adrift, or was offered anew after a
+// graft, and each gate of them. It ends, for one that does more than a run from scratch would is
+// given up for that.
 #pragma once
 
 #include <algorithm>
@@ -113,7 +113,7 @@ class Constriction : public Captures {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
                 if (m.is_ghost(x)) {
-                    waiting_.push_back(m.twin(m.hull_edge(x)));
+                    wait_for(m.twin(m.hull_edge(x)));
                 } else {
                     wait_for_gates_into(x);
                 }
@@ -122,7 +122,10 @@ class Constriction : public Captures {
         wait_for_freed();
         do {
             if (touched_ + static_cast<std::int64_t>(work_ / kRatio) > enough) return false;
-            for (std::size_t i = 0; i < waiting_.size(); ++i) offer(waiting_[i]);
+            for (std::size_t i = 0; i < waiting_.size(); ++i) {
+                if (i + kAhead < waiting_.size()) prefetch(waiting_[i + kAhead]);
+                offer(waiting_[i]);
+            }
             waiting_.clear();
         } while (proceed());
         for (Index x : created_) mend_ring(x);
@@ -163,8 +166,9 @@ class Constriction : public Captures {
     std::size_t bytes() const { return Captures::bytes() + links_.bytes(); }
 
    private:
-    // Writing the place of an event anew costs so much less than deriving it.
+    // Looking at an event again costs so much less than deriving it.
     static constexpr std::size_t kRatio = 8;
+    static constexpr std::size_t kAhead = 3;  // so many gates are fetched ahead
 
     void release(Index v) {
         holder_[at(v)] = kNone;
@@ -201,19 +205,21 @@ class Constriction : public Captures {
         kill(e);
     }
 
-    // Puts the gate into the heap if it is open and its target is not held by an earlier event;
-    // gives an orphan behind it its parent.
+    // Has the gate wait if it is open and its target is not held by an earlier event; gives an
+    // orphan behind it its parent. What those adrift open is offered when they are grafted.
     void offer(Index edge) {
         Index parent = opener(edge), x = Mesh::triangle(edge);
-        if (parent == kNone || t_.mesh().is_ghost(x) || forest_.is_adrift(parent)) return;
+        if (parent == kNone || t_.mesh().is_ghost(x)) return;
         if (event_of_[at(x)] != kNone) {
             Index e = entered_through(edge);
-            if (e != kNone && forest_.parent(e) == kNone) graft(e, parent);
+            bool is_orphan = e != kNone && forest_.parent(e) == kNone;
+            if (is_orphan && !forest_.is_adrift(parent)) graft(e, parent);
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder == Forest::kRoot) return;
         if (holder != kNone && forest_.earlier(holder, parent)) return;
+        if (forest_.is_adrift(parent)) return;
         Gate gate = make_gate(t_, edge);
         Index place = forest_.first_as_large(parent, gate);
         if (place != kNone) {
@@ -225,15 +231,25 @@ class Constriction : public Captures {
         forest_.add(gate, parent, place);
     }
 
+    // A gate to be offered. Fetches what that will look at first.
+    void wait_for(Index edge) {
+        waiting_.push_back(edge);
+        __builtin_prefetch(&event_of_[at(Mesh::triangle(t_.mesh().twin(edge)))]);
+    }
+    void prefetch(Index edge) const {
+        Index e = event_of_[at(Mesh::triangle(t_.mesh().twin(edge)))];
+        if (e != kNone) forest_.prefetch(e);
+        __builtin_prefetch(&holder_[at(std::max(t_.mesh().apex(edge), 0))]);
+    }
     void wait_for_gates_into(Index x) {
-        for (Index side = 0; side < 3; ++side) waiting_.push_back(3 * x + side);
+        for (Index side = 0; side < 3; ++side) wait_for(3 * x + side);
     }
 
     void wait_for_gates_at(Index v) {
         const Mesh& m = t_.mesh();
         Index first = m.leaving(v), h = first;
         do {
-            waiting_.push_back(Mesh::next(h));
+            if (event_of_[at(Mesh::triangle(h))] == kNone) wait_for(Mesh::next(h));
             h = m.turn(h);
         } while (h != first);
     }
@@ -265,7 +281,7 @@ class Constriction : public Captures {
         Index target = m.apex(edge), holder = holder_[at(target)];
         bool is_open = event_of_[at(x)] == kNone && opener(edge) == forest_.parent(e);
         bool is_placed = is_open && stands(e);
-        if (is_open && !is_placed) waiting_.push_back(edge);
+        if (is_open && !is_placed) wait_for(edge);
         if (!is_placed || holder == Forest::kRoot ||
             (holder != kNone && forest_.earlier(holder, e))) {
             forest_.withdraw(e);
@@ -278,8 +294,8 @@ class Constriction : public Captures {
         ++touched_;
         changed_.push_back(x);
         wait_for_freed();
-        waiting_.push_back(m.twin(Mesh::next(edge)));
-        waiting_.push_back(m.twin(Mesh::prev(edge)));
+        wait_for(m.twin(Mesh::next(edge)));
+        wait_for(m.twin(Mesh::prev(edge)));
     }
 
     // Whether a gate still has the place that it got from its parent.
@@ -301,19 +317,29 @@ class Constriction : public Captures {
         }
     }
 
-    // Takes an orphan to the end of time. What hangs from it becomes orphans, its site others may
-    // capture meanwhile.
+    // Takes an orphan to the end of time, and with it what comes before anything else can happen.
+    // What else hangs from these becomes orphans; others may capture their sites meanwhile.
     void set_adrift(Index e, Index parent) {
         const Mesh& m = t_.mesh();
-        Index edge = forest_.edge(e), after = parent == kNone ? Forest::kNever : parent;
-        for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-            Index child = entered_through(m.twin(side));
-            if (child != kNone) orphan(child);
-        }
-        forest_.move(e, e, forest_.first_as_large(after, forest_.gate(e)));
         hang(e, parent);
-        wait_for_gates_at(m.apex(edge));
-        ++work_;
+        forest_.set_waiting(e, false);
+        Index end = end_of_run(e), next = forest_.first_waiting();
+        if (next != kNone && (end == kNone || forest_.earlier(next, end))) end = next;
+        runs_.assign(1, {e, last_before(end)});
+        list_runs();
+        Index after = parent == kNone ? Forest::kNever : parent;
+        forest_.move(e, runs_[0].last, forest_.first_as_large(after, forest_.gate(e)));
+        forest_.set_waiting(e, parent == kNone);
+        for (Index x : inside_) {
+            if (forest_.is_dead(x)) continue;
+            Index edge = forest_.edge(x);
+            for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
+                Index child = entered_through(m.twin(side));
+                if (child != kNone && !forest_.is_adrift(child)) orphan(child);
+            }
+            wait_for_gates_at(m.apex(edge));
+        }
+        work_ += inside_.size();
     }
 
     // Gives an orphan a parent, or none.
@@ -450,8 +476,8 @@ class Constriction : public Captures {
             Index edge = forest_.edge(e);
             if (edge < 0 || entered_through(edge) != e) continue;
             if (earlier) {
-                waiting_.push_back(m.twin(Mesh::next(edge)));
-                waiting_.push_back(m.twin(Mesh::prev(edge)));
+                wait_for(m.twin(Mesh::next(edge)));
+                wait_for(m.twin(Mesh::prev(edge)));
             } else {
                 wait_for_gates_at(m.apex(edge));
             }

@@ -120,6 +120,10 @@ class Forest {
     // Moves a run of events before another one, or behind all (kNone).
     void move(Index first, Index last, Index other) { timeline_.move(first, last, other); }
 
+    void prefetch(Index e) const {
+        __builtin_prefetch(&events_[at(e)]);
+        timeline_.prefetch(e);
+    }
     // The first event that waits, or kNone.
     Index first_waiting() const { return timeline_.first_waiting(); }
     void set_waiting(Index e, bool waits) { timeline_.set_waiting(e, waits); }

@@ -38,13 +38,6 @@ class Heap {
         return first;
     }
 
-    // After the order of items has changed. O(n).
-    void restore() {
-        for (std::size_t n = items_.size() / 4 + 1; n-- > 0;) {
-            if (n < items_.size()) sink(n, items_.size(), T(items_[n]));
-        }
-    }
-
    private:
     // Puts an item at n or below.
     void sink(std::size_t n, std::size_t size, const T& item) {

@@ -75,6 +75,8 @@ class Timeline {
         return in_front(node(node(p).parent).inner.children, p, q);
     }
 
+    void prefetch(Index e) const { __builtin_prefetch(&leaf_of_[at(e)]); }
+
     // The neighbours of an event, or kNone.
     Index next(Index e) const {
         Index n = leaf_of(e), i = place_in(n, e) + 1;
