@@ -325,10 +325,11 @@ class Constriction : public Captures {
         forest_.set_waiting(e, false);
         Index end = end_of_run(e), next = forest_.first_waiting();
         if (next != kNone && (end == kNone || forest_.earlier(next, end))) end = next;
-        runs_.assign(1, {e, last_before(end)});
-        list_runs();
+        Run run{e, last_before(end)};
+        inside_.clear();
+        list(run);
         Index after = parent == kNone ? Forest::kNever : parent;
-        forest_.move(e, runs_[0].last, forest_.first_as_large(after, forest_.gate(e)));
+        forest_.move(e, run.last, forest_.first_as_large(after, forest_.gate(e)));
         forest_.set_waiting(e, parent == kNone);
         for (Index x : inside_) {
             if (forest_.is_dead(x)) continue;
@@ -354,7 +355,8 @@ class Constriction : public Captures {
             hang(e, parent);
             return true;
         }
-        return forest_.earlier(e, parent) ? delay(e, parent) : advance(e, parent);
+        if (forest_.earlier(e, parent)) return delay(e, parent);
+        return forest_.is_adrift(e) ? land(e, parent) : advance(e, parent);
     }
 
     // A run of events: one and those behind it that are smaller, mostly what hangs from it.
@@ -409,37 +411,57 @@ class Constriction : public Captures {
     // larger than all that e has passed.
     bool advance(Index e, Index parent) {
         runs_.clear();
-        bool was_adrift = forest_.is_adrift(e);
         hang(e, parent);
         Index r = e;
         while (r != kNone) {
             Index end = end_of_run(r);
             if (r == e || hangs_from_runs(r)) {
-                Run run{r, last_before(end)};
                 if (forest_.first_as_large(forest_.parent(r), forest_.gate(r)) == r) break;
-                move(run);
-                runs_.push_back(run);
+                runs_.push_back({r, last_before(end)});
+                move(runs_.back());
             } else if (forest_.first_as_large(runs_.back().last, forest_.gate(r)) == r) {
                 break;
             }
             r = end;
             ++work_;
         }
-        if (was_adrift) {
-            list_runs();
-            offer_again(inside_, true);
-        } else {
-            recheck(e, r, false);
-        }
+        recheck(e, r, false);
         return true;
     }
 
-    void list_runs() {
+    // Grafts e, which is adrift, with all that hangs from it.
+    bool land(Index e, Index parent) {
+        const Mesh& m = t_.mesh();
         inside_.clear();
-        for (Run run : runs_) {
-            inside_.push_back(run.first);
-            while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
+        hang(e, parent);
+        std::size_t adrift = 1;  // whose parents are not
+        for (Index r = e, end = kNone; adrift > 0; r = end) {
+            end = end_of_run(r);
+            ++work_;
+            if (forest_.parent(r) == kNone || forest_.is_adrift(forest_.parent(r))) continue;
+            Run run{r, last_before(end)};
+            move(run);
+            --adrift;
+            std::size_t listed = inside_.size();
+            list(run);
+            for (; listed < inside_.size(); ++listed) {
+                Index x = inside_[listed], edge = forest_.edge(x);
+                if (forest_.is_dead(x)) continue;
+                for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
+                    Index child = entered_through(m.twin(side));
+                    bool hangs = child != kNone && forest_.parent(child) == x;
+                    if (hangs && forest_.is_adrift(child)) ++adrift;
+                }
+            }
         }
+        offer_again(inside_, true);
+        return true;
+    }
+
+    // Adds a run to the list of what has moved.
+    void list(Run run) {
+        inside_.push_back(run.first);
+        while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
     }
 
     // The order of runs that have moved has changed among those between `from` and `to`. One of two

@@ -132,6 +132,7 @@ class Forest {
     void die(Index e) {
         graves_.push_back(corners(edge(e)));
         events_[at(e)].edge = kGrave - static_cast<Index>(graves_.size());
+        events_[at(e)].parent = kNone;
     }
     bool is_dead(Index e) const { return edge(e) < kGrave; }
 
