@@ -10,8 +10,10 @@ into arrays, if anybody wants it: that is O(N), and in no other figure but the c
 The engines do not widen (d_min = 0), so that the constriction and its repair are what is measured;
 what widening adds stands in widening.md.
 
-A repair touches an event if it undoes or makes it. Growth exponents are slopes of the least-squares
-line through the logarithms over all N: 0 is no growth, 1 is linear.
+A repair touches an event if it undoes or makes it. The true change of an insert, looked up for a
+few, is how many captures (which triangle was entered, through which edge) were there before and are
+not after, or the other way round: no repair can touch fewer. Growth exponents are slopes of the
+least-squares line through the logarithms over all N: 0 is no growth, 1 is linear.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ from benchmarks.timing import Clock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+
+    from numpy.typing import NDArray
 
     from benchmarks.sets import Points
 
@@ -48,6 +52,7 @@ TARGETS = {
 ROUNDS = 4
 SHARE = 20  # a round inserts no more than one point on top of so many: N stays N
 INSERTS, QUICK_INSERTS = 4000, 400  # in all rounds together
+SAMPLES = 50  # further inserts of a round, their true change looked up; fewer on large sets
 ALLOWANCE = 10.0  # seconds of inserts in all rounds together
 
 
@@ -60,6 +65,7 @@ class Case:
     inserts: list[float] = field(default_factory=list)
     read_out: list[float] = field(default_factory=list)
     touched: list[int] = field(default_factory=list)
+    sampled: list[tuple[int, int]] = field(default_factory=list)  # touched, true change
 
 
 def run(quick: bool) -> Iterator[tables.Table]:
@@ -80,8 +86,10 @@ def measure(make: Callable[[int, int], Points], n: int, inserts: int) -> Case:
     case = Case()
     chunk = min(inserts // ROUNDS, n // SHARE)
     for seed in range(inserts // chunk):
-        points = sets.shuffled(make(n + chunk + 1, seed), seed)
+        samples = max(5, min(SAMPLES, 10**7 // n // 2))
+        points = sets.shuffled(make(n + chunk + samples + 1, seed), seed)
         *places, last = points[n:].tolist()
+        places, further = places[:chunk], places[chunk:]
         engine, build, each, read_out = fk.Engine(d_min=0.0), Clock(), Clock(), Clock()
         with build.lap():
             engine.insert(points[:n])
@@ -98,6 +106,7 @@ def measure(make: Callable[[int, int], Points], n: int, inserts: int) -> Case:
             before = after
             if each.seconds > ALLOWANCE / ROUNDS:
                 break
+        case.sampled += true_changes(engine, further)
         engine.insert(*last)
         engine.side(*last)
         with read_out.lap():
@@ -107,6 +116,23 @@ def measure(make: Callable[[int, int], Points], n: int, inserts: int) -> Case:
         case.inserts += [1e6 * lap for lap in each.laps]
         case.read_out.append(1e6 * read_out.seconds)
     return case
+
+
+def true_changes(engine: fk.Engine, places: list[list[float]]) -> Iterator[tuple[int, int]]:
+    """Yield, for each place inserted, events touched, and captures that went or came."""
+    before, captured = engine._kernel.touched(), captures(engine)
+    for x, y in places:
+        engine.insert(x, y)
+        engine.side(x, y)
+        after, captured_after = engine._kernel.touched(), captures(engine)
+        yield after - before, len(np.setxor1d(captured, captured_after, assume_unique=True))
+        before, captured = after, captured_after
+
+
+def captures(engine: fk.Engine) -> NDArray[np.void]:
+    """Return the gates taken, each as one value."""
+    gates = engine._kernel.captures()
+    return gates.view([("i", np.int64), ("j", np.int64), ("k", np.int64)]).ravel()
 
 
 def costs(cases: Cases) -> tables.Table:
@@ -129,10 +155,13 @@ def costs(cases: Cases) -> tables.Table:
 def touched(cases: Cases) -> tables.Table:
     """Return how many events an insert touches, and what each of them costs."""
     columns = ["set", "N", "mean", "median", "p99", "most", "µs an event"]
+    columns += ["of a sample", "their true change"]
     table = tables.Table("Events touched by it", columns)
     for (name, n), case in cases.items():
         mean, cells = fmean(case.touched), np.percentile(case.touched, [50, 99, 100])
-        table.rows.append([name, n, mean, *cells.tolist(), fmean(case.inserts) / max(mean, 1)])
+        sample = np.mean(case.sampled, axis=0).tolist()
+        per_event = fmean(case.inserts) / max(mean, 1)
+        table.rows.append([name, n, mean, *cells.tolist(), per_event, *sample])
     return table
 
 

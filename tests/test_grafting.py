@@ -99,6 +99,26 @@ def test_a_change_of_a_clean_curve_touches_few_events(n: int) -> None:
     assert engine._kernel.touched() - before < 200 * 20
 
 
+@pytest.mark.parametrize("name", SETS)
+def test_a_repair_touches_what_changes_and_hardly_more(name: str) -> None:
+    points = np.random.default_rng(4).permutation(SETS[name](150))
+    engine = fk.Engine(d_min=0.0)
+    engine.insert(points[60:])
+    engine.side(0.0, 0.0)
+    before, gates = engine._kernel.touched(), captures(engine)
+    changed = 0
+    for x, y in points[:60].tolist():
+        engine.insert(x, y)
+        engine.side(x, y)
+        gates, gates_before = captures(engine), gates
+        changed += len(gates ^ gates_before)
+    assert changed <= engine._kernel.touched() - before <= 1.1 * changed
+
+
+def captures(engine: fk.Engine) -> set[tuple[int, ...]]:
+    return {tuple(gate) for gate in engine._kernel.captures().tolist()}
+
+
 def test_a_repair_may_touch_more_events_than_there_are_sites() -> None:
     """Then it is given up for a run from scratch, on small sets often enough to be seen."""
     for seed in range(200):

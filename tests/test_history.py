@@ -31,6 +31,8 @@ def judge(engine):
     expected = reference.widen(xy, triangles=triangles)
     assert engine.ids().tolist() == list(range(len(engine))) == list(range(len(xy)))
     assert engine.triangles().tolist() == triangles.tolist()
+    captures = reference.constrict(xy, triangles).captures
+    assert [tuple(gate) for gate in engine._kernel.captures().tolist()] == captures
     assert boundary.status == expected.status
     assert boundary.ids.tolist() == expected.ring.tolist()
     assert boundary.inside.tolist() == expected.inside.tolist()

@@ -37,6 +37,12 @@ class Captures {
     Index following(Index v) const { return following_[at(v)]; }
     Index left_inside() const { return left_inside_; }
 
+    // The gates f(edge) that were taken, in order of time.
+    template <class F>
+    void visit_gates(F&& f) const {
+        forest_.visit([&](Index e) { f(forest_.edge(e)); });
+    }
+
     // From scratch.
     void build() {
         const Mesh& m = t_.mesh();
@@ -82,16 +88,10 @@ class Captures {
         if (!broken.empty()) return broken;
         Captures other(t_);
         other.build();
-        other.forest_.open();
-        for (Index e = Forest::kRoot, o = e; forest_.is_open() && o != kNone;) {
-            e = forest_.next(e);
-            o = other.forest_.next(o);
-            if ((e == kNone) == (o == kNone) &&
-                (e == kNone || forest_.edge(e) == other.forest_.edge(o)))
-                continue;
-            return "event " + std::to_string(e) + " comes in place of event " + std::to_string(o) +
-                   " of a run from scratch";
-        }
+        std::vector<Index> gates, others;
+        visit_gates([&](Index edge) { gates.push_back(edge); });
+        other.visit_gates([&](Index edge) { others.push_back(edge); });
+        if (gates != others) return "from scratch, other gates are taken, or in another order";
         for (Index x = 0; x < m.triangles(); ++x) {
             Index here = event_of_[at(x)], there = other.event_of_[at(x)];
             Index edge = here == kNone ? kNone : forest_.edge(here);

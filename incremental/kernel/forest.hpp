@@ -124,6 +124,15 @@ class Forest {
         __builtin_prefetch(&events_[at(e)]);
         timeline_.prefetch(e);
     }
+    // The events f(e) between the root and what never happens, in order.
+    template <class F>
+    void visit(F&& f) const {
+        if (is_open()) {
+            for (Index e = next(kRoot); e != kNever; e = next(e)) f(e);
+        } else {
+            for (std::size_t e = 2; e < events_.size(); ++e) f(static_cast<Index>(e));
+        }
+    }
     // The first event that waits, or kNone.
     Index first_waiting() const { return timeline_.first_waiting(); }
     void set_waiting(Index e, bool waits) { timeline_.set_waiting(e, waits); }

@@ -308,8 +308,13 @@ class Timeline {
         nodes_.reserve(nodes_.size() + wide);
         for (std::size_t i = 0; i < wide; ++i) {
             Index made = new_node(height);
-            for (std::size_t k = i * n / wide; k < (i + 1) * n / wide; ++k)
-                append(made, item(k), false);
+            Node& x = nodes_[at(made)];
+            for (std::size_t k = i * n / wide; k < (i + 1) * n / wide; ++k, ++x.count) {
+                Index held = item(k);
+                items(made)[x.count] = held;
+                if (height > 0) x.inner.keys[x.count] = key_of(held);
+                settle(held, made);
+            }
             pull(made);
         }
         return wide;

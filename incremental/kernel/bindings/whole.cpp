@@ -45,6 +45,22 @@ std::int64_t touched(Kernel& k) {
     return k.object().constriction().touched();
 }
 
+// Ids of origin, target and apex of all gates that constriction took, in order of time.
+auto captures(Kernel& k) {
+    auto turn = k.settled();
+    const Object& object = k.object();
+    const Mesh& m = object.triangulation().mesh();
+    std::vector<std::int64_t> ids;
+    if (!object.triangulation().is_flat()) {
+        object.constriction().visit_gates([&](Index edge) {
+            for (Index v : {m.origin(edge), m.target(edge), m.apex(edge)}) {
+                ids.push_back(object.id(v));
+            }
+        });
+    }
+    return to_numpy(std::move(ids), 3);
+}
+
 }  // namespace
 
 void bind_whole(KernelClass& kernel) {
@@ -53,7 +69,8 @@ void bind_whole(KernelClass& kernel) {
         .def("restore", restore, "dumped"_a)
         .def("check", check)
         .def("bytes", bytes)
-        .def("touched", touched);
+        .def("touched", touched)
+        .def("captures", captures);
 }
 
 }  // namespace flintknap
