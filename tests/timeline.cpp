@@ -46,7 +46,7 @@ class Model {
     void insert() {
         std::size_t place = random(list_.size() + 1);
         Index e = new_event(random(40));
-        timeline_.insert(e, event(place));
+        timeline_.insert(e, event(place), false);
         list_.insert(list_.begin() + std::ptrdiff_t(place), e);
     }
     void erase() {

@@ -32,7 +32,7 @@ class Captures {
         : t_(triangulation), forest_(triangulation) {}
 
     // Whether triangle x belongs to the object: it is no ghost and was not removed.
-    bool is_inside(Index x) const { return event_of_[at(x)] == kNone && !t_.mesh().is_ghost(x); }
+    bool is_inside(Index x) const { return event_of_[at(x)] == kNone; }
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
     Index left_inside() const { return left_inside_; }
@@ -54,6 +54,7 @@ class Captures {
         Openings heap(Smaller{t_});
         std::vector<Index> hull = t_.hull();
         for (Index h : hull) {
+            event_of_[at(Mesh::triangle(m.twin(h)))] = Forest::kRoot;
             hold(m.origin(h), Forest::kRoot);
             following_[at(m.origin(h))] = m.target(h);
         }
@@ -100,7 +101,11 @@ class Captures {
                 return "triangle " + std::to_string(x) + " was entered through " +
                        std::to_string(edge) + ", from scratch through " + std::to_string(wanted);
             }
-            if (here != kNone && holder_[at(m.apex(edge))] != here) {
+            if (m.is_free(x)) continue;
+            if (m.is_ghost(x) != (here == Forest::kRoot)) {
+                return "triangle " + std::to_string(x) + " is wrong about being a ghost";
+            }
+            if (edge != kNone && holder_[at(m.apex(edge))] != here) {
                 return "event " + std::to_string(here) + " does not hold its apex";
             }
         }
@@ -128,9 +133,7 @@ class Captures {
 
     // The event through which gate `edge` stands open, the root beyond a hull edge; or kNone.
     Index opener(Index edge) const {
-        Index o = t_.mesh().twin(edge), x = Mesh::triangle(o);
-        if (t_.mesh().is_ghost(x)) return Forest::kRoot;
-        Index e = event_of_[at(x)];
+        Index o = t_.mesh().twin(edge), e = event_of_[at(Mesh::triangle(o))];
         return e != kNone && forest_.edge(e) != o ? e : kNone;
     }
 
@@ -141,7 +144,8 @@ class Captures {
 
     const Triangulation& t_;
     Forest forest_;
-    std::vector<Index> event_of_;   // by triangle: the event that removed it, or kNone
+    // By triangle: the event that removed it, or kNone; the root of a ghost.
+    std::vector<Index> event_of_;
     std::vector<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
     std::vector<Index> following_;  // by vertex on the ring: the next one along it
     Index left_inside_ = 0;         // vertices without a holder

@@ -68,6 +68,7 @@ class Constriction : public Captures {
                 if (event_of_[at(x)] != kNone) kill(event_of_[at(x)]);
                 continue;
             }
+            event_of_[at(x)] = kNone;
             Index h = m.twin(m.hull_edge(x)), e = entered_through(h);
             if (e != kNone) orphan(e);
             for (Index v : {m.origin(h), m.target(h)}) {
@@ -83,6 +84,7 @@ class Constriction : public Captures {
         created_.insert(created_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
             if (!m.is_ghost(x)) continue;
+            event_of_[at(x)] = Forest::kRoot;
             Index h = m.hull_edge(x);
             for (Index v : {m.origin(h), m.target(h)}) {
                 if (holder_[at(v)] == Forest::kRoot) continue;
@@ -123,7 +125,7 @@ class Constriction : public Captures {
         do {
             if (touched_ + static_cast<std::int64_t>(work_ / kRatio) > enough) return false;
             for (std::size_t i = 0; i < waiting_.size(); ++i) {
-                if (i + kAhead < waiting_.size()) prefetch(waiting_[i + kAhead]);
+                fetch_ahead(i);
                 offer(waiting_[i]);
             }
             waiting_.clear();
@@ -208,9 +210,9 @@ class Constriction : public Captures {
     // Has the gate wait if it is open and its target is not held by an earlier event; gives an
     // orphan behind it its parent. What those adrift open is offered when they are grafted.
     void offer(Index edge) {
-        Index parent = opener(edge), x = Mesh::triangle(edge);
-        if (parent == kNone || t_.mesh().is_ghost(x)) return;
-        if (event_of_[at(x)] != kNone) {
+        Index parent = opener(edge);
+        if (parent == kNone) return;
+        if (!is_inside(Mesh::triangle(edge))) {
             Index e = entered_through(edge);
             bool is_orphan = e != kNone && forest_.parent(e) == kNone;
             if (is_orphan && !forest_.is_adrift(parent)) graft(e, parent);
@@ -231,15 +233,22 @@ class Constriction : public Captures {
         forest_.add(gate, parent, place);
     }
 
-    // A gate to be offered. Fetches what that will look at first.
     void wait_for(Index edge) {
         waiting_.push_back(edge);
-        __builtin_prefetch(&event_of_[at(Mesh::triangle(t_.mesh().twin(edge)))]);
+        t_.mesh().prefetch(edge);
+        __builtin_prefetch(&event_of_[at(Mesh::triangle(edge))]);
     }
-    void prefetch(Index edge) const {
-        Index e = event_of_[at(Mesh::triangle(t_.mesh().twin(edge)))];
-        if (e != kNone) forest_.prefetch(e);
-        __builtin_prefetch(&holder_[at(std::max(t_.mesh().apex(edge), 0))]);
+    // Fetches what the gates of which the i-th is next will look at.
+    void fetch_ahead(std::size_t i) const {
+        if ((i += kAhead) < waiting_.size()) {
+            Index o = t_.mesh().twin(waiting_[i]), e = event_of_[at(Mesh::triangle(o))];
+            if (e != kNone) forest_.prefetch(e);
+        }
+        if ((i += kAhead) < waiting_.size()) {
+            Index o = t_.mesh().twin(waiting_[i]), v = t_.mesh().apex(waiting_[i]);
+            __builtin_prefetch(&event_of_[at(Mesh::triangle(o))]);
+            if (v != kGhost) __builtin_prefetch(&holder_[at(v)]);
+        }
     }
     void wait_for_gates_into(Index x) {
         for (Index side = 0; side < 3; ++side) wait_for(3 * x + side);
@@ -249,7 +258,7 @@ class Constriction : public Captures {
         const Mesh& m = t_.mesh();
         Index first = m.leaving(v), h = first;
         do {
-            if (event_of_[at(Mesh::triangle(h))] == kNone) wait_for(Mesh::next(h));
+            if (is_inside(Mesh::triangle(h))) wait_for(Mesh::next(h));
             h = m.turn(h);
         } while (h != first);
     }

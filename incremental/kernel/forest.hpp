@@ -101,8 +101,7 @@ class Forest {
         } else {
             events_.push_back({g.key, g.edge, parent});
         }
-        timeline_.insert(e, other);
-        timeline_.set_waiting(e, true);
+        timeline_.insert(e, other, true);
         return e;
     }
 
@@ -111,7 +110,10 @@ class Forest {
     // The first event after e that is not smaller than a gate, or kNone: before it the gate has its
     // place if e opens it.
     Index first_as_large(Index e, Gate g) const {
-        return timeline_.first_after(e, g.key, [&](Index x) { return !less(gate(x), g); });
+        return timeline_.first_after(e, g.key, [&](Index x) {
+            double other = key(x);
+            return other != g.key ? other > g.key : !less(gate(x), g);
+        });
     }
     // The neighbours of an event in time, or kNone; and the last of all.
     Index next(Index e) const { return timeline_.next(e); }

@@ -67,12 +67,16 @@ class Timeline {
     // Whether a comes before b.
     bool before(Index a, Index b) const {
         Index p = leaf_of(a), q = leaf_of(b);
-        if (p == q) return in_front(node(p).events, a, b);
+        if (p == q) {
+            const Index* each = node(p).events;
+            while (*each != a && *each != b) ++each;
+            return *each != b;
+        }
         while (node(p).parent != node(q).parent) {
             p = node(p).parent;
             q = node(q).parent;
         }
-        return in_front(node(node(p).parent).inner.children, p, q);
+        return node(p).place < node(q).place;
     }
 
     void prefetch(Index e) const { __builtin_prefetch(&leaf_of_[at(e)]); }
@@ -81,9 +85,9 @@ class Timeline {
     Index next(Index e) const {
         Index n = leaf_of(e), i = place_in(n, e) + 1;
         while (i == node(n).count) {
-            Index below = std::exchange(n, node(n).parent);
+            i = node(n).place + 1;
+            n = node(n).parent;
             if (n == kNone) return kNone;
-            i = place_in(n, below) + 1;
         }
         while (node(n).height > 0) n = node(n).inner.children[std::exchange(i, 0)];
         return node(n).events[i];
@@ -91,9 +95,9 @@ class Timeline {
     Index previous(Index e) const {
         Index n = leaf_of(e), i = place_in(n, e);
         while (i == 0) {
-            Index below = std::exchange(n, node(n).parent);
+            i = node(n).place;
+            n = node(n).parent;
             if (n == kNone) return kNone;
-            i = place_in(n, below);
         }
         return node(n).height > 0 ? last_in(node(n).inner.children[i - 1]) : node(n).events[i - 1];
     }
@@ -110,7 +114,7 @@ class Timeline {
             }
         }
         for (Index p = node(n).parent; p != kNone; n = p, p = node(p).parent) {
-            Index i = first_child(p, place_in(p, n) + 1, key, reaches);
+            Index i = first_child(p, node(n).place + 1, key, reaches);
             if (i == node(p).count) continue;
             n = node(p).inner.children[i];
             while (node(n).height > 0) n = node(n).inner.children[first_child(n, 0, key, reaches)];
@@ -130,20 +134,18 @@ class Timeline {
         return node(n).events[first_bit(node(n).waiting)];
     }
     void set_waiting(Index e, bool waits) {
-        for (Index n = leaf_of(e), item = e; n != kNone; item = n, n = node(n).parent) {
-            bool before = node(n).waiting != 0;
-            set_bit(n, place_in(n, item), waits);
-            if (before == (node(n).waiting != 0)) return;
-        }
+        Index n = leaf_of(e);
+        set_waiting(n, place_in(n, e), waits);
     }
 
     // Puts a new event before another one, or behind the last (kNone).
-    void insert(Index e, Index other) {
+    void insert(Index e, Index other, bool waits) {
         leaf_of_.resize(std::max(leaf_of_.size(), at(e) + 1), kNone);
         Index neighbour = other == kNone ? last() : other;
         if (node(leaf_of(neighbour)).count == kRoom) halve(leaf_of(neighbour));
-        Index n = leaf_of(neighbour);
-        put(n, place_in(n, neighbour) + (other == kNone ? 1 : 0), e, false);
+        Index n = leaf_of(neighbour), i = place_in(n, neighbour) + (other == kNone ? 1 : 0);
+        put(n, i, e, false);
+        if (waits) set_waiting(n, i, true);
         for (; n != kNone && keys_.smaller(node(n).largest, e); n = node(n).parent) {
             nodes_[at(n)].largest = e;
             tell_parent(n);
@@ -152,13 +154,13 @@ class Timeline {
 
     // Of a tree that holds others, too.
     void erase(Index e) {
-        if (waits(e)) set_waiting(e, false);
-        Index n = leaf_of(e);
-        take(n, place_in(n, e));
+        Index n = leaf_of(e), place = place_in(n, e);
+        if (bit(n, place)) set_waiting(n, place, false);
+        take(n, place);
         leaf_of_[at(e)] = kNone;
         while (node(n).count == 0) {
             Index p = node(n).parent;
-            take(p, place_in(p, n));
+            take(p, node(n).place);
             release(std::exchange(n, p));
         }
         for (Index p = n; p != kNone && node(p).largest == e; p = node(p).parent) {
@@ -181,8 +183,7 @@ class Timeline {
             for (std::size_t i = 0; i < n; ++i) {
                 bool waited = waits(few[i]);
                 erase(few[i]);
-                insert(few[i], other);
-                if (waited) set_waiting(few[i], true);
+                insert(few[i], other, waited);
             }
             return;
         }
@@ -232,9 +233,9 @@ class Timeline {
     static constexpr Index kFew = 12;                     // events that are moved one by one
 
     struct alignas(64) Node {
-        Index parent, largest;  // of one not in use, parent is the next such
-        std::uint64_t waiting;  // bits: items that wait, or hold events that do
-        std::int16_t count, height;
+        Index parent, largest;             // of one not in use, parent is the next such
+        std::uint64_t waiting;             // bits: items that wait, or hold events that do
+        std::int8_t count, height, place;  // place: among the children of the parent
         struct Inner {
             double keys[kBranches];  // of the largest of each child
             Index children[kBranches];
@@ -261,13 +262,10 @@ class Timeline {
     }
     Index room(Index n) const { return node(n).height > 0 ? kBranches : kRoom; }
     Index fill(Index n) const { return node(n).height > 0 ? kBranch : kFill; }
-    Index place_in(Index n, Index item) const {
-        const Index* first = items(n);
-        return static_cast<Index>(std::find(first, first + node(n).count, item) - first);
-    }
-    static bool in_front(const Index* items, Index a, Index b) {
-        while (*items != a && *items != b) ++items;
-        return *items != b;
+    Index place_in(Index leaf, Index e) const {
+        const Index *first = node(leaf).events, *each = first;
+        while (*each != e) ++each;
+        return static_cast<Index>(each - first);
     }
     Index last_in(Index n) const {
         while (node(n).height > 0) n = node(n).inner.children[node(n).count - 1];
@@ -296,7 +294,8 @@ class Timeline {
         x.parent = x.largest = kNone;
         x.waiting = 0;
         x.count = 0;
-        x.height = static_cast<std::int16_t>(height);
+        x.height = static_cast<std::int8_t>(height);
+        x.place = 0;
         return n;
     }
     void release(Index n) { nodes_[at(n)].parent = std::exchange(free_, n); }
@@ -315,6 +314,7 @@ class Timeline {
                 if (height > 0) x.inner.keys[x.count] = key_of(held);
                 settle(held, made);
             }
+            number(made, 0);
             pull(made);
         }
         return wide;
@@ -342,12 +342,28 @@ class Timeline {
         ++x.count;
         set_bit(n, i, waits);
         settle(item, n);
+        number(n, i);
+    }
+    // Tells children from the i-th on where they are.
+    void number(Index n, Index i) {
+        for (; node(n).height > 0 && i < node(n).count; ++i) {
+            nodes_[at(node(n).inner.children[i])].place = static_cast<std::int8_t>(i);
+        }
     }
     // A child goes into an inner node.
     void adopt(Index n, Index i, Index child) { put(n, i, child, node(child).waiting != 0); }
     void set_bit(Index n, Index i, bool on) {
         std::uint64_t bit = std::uint64_t{1} << i, others = node(n).waiting & ~bit;
         nodes_[at(n)].waiting = on ? others | bit : others;
+    }
+    void set_waiting(Index n, Index i, bool waits) {
+        while (true) {
+            bool before = node(n).waiting != 0;
+            set_bit(n, i, waits);
+            if (before == (node(n).waiting != 0) || node(n).parent == kNone) return;
+            i = node(n).place;
+            n = node(n).parent;
+        }
     }
     bool bit(Index n, Index i) const { return (node(n).waiting >> i & 1) != 0; }
     void take(Index n, Index i) {
@@ -358,6 +374,7 @@ class Timeline {
         std::uint64_t low = x.waiting & bits_below(i);
         x.waiting = low | ((x.waiting >> 1) & ~bits_below(i));
         --x.count;
+        number(n, i);
     }
 
     // Makes the largest of a node what its items say; tells the parent of a node what is in it.
@@ -374,7 +391,7 @@ class Timeline {
     void tell_parent(Index n) {
         Index p = node(n).parent;
         if (p == kNone) return;
-        Index i = place_in(p, n);
+        Index i = node(n).place;
         nodes_[at(p)].inner.keys[i] = key_of(n);
         set_bit(p, i, node(n).waiting != 0);
     }
@@ -383,7 +400,7 @@ class Timeline {
     Index split(Index n, Index i) {
         Index made = new_node(node(n).height);
         for (Index k = i; k < node(n).count; ++k) append(made, items(n)[k], bit(n, k));
-        nodes_[at(n)].count = static_cast<std::int16_t>(i);
+        nodes_[at(n)].count = static_cast<std::int8_t>(i);
         nodes_[at(n)].waiting &= bits_below(i);
         return made;
     }
@@ -402,7 +419,7 @@ class Timeline {
         pull(n);
         pull(made);
         tell_parent(n);
-        adopt(p, place_in(p, n) + 1, made);
+        adopt(p, node(n).place + 1, made);
         pull(p);
     }
 
@@ -411,7 +428,7 @@ class Timeline {
     void join_with_next(Index n) {
         Index p = node(n).parent;
         if (p == kNone || node(n).count > fill(n) / 3) return;
-        Index i = place_in(p, n) + 1;
+        Index i = node(n).place + 1;
         if (i == node(p).count) return;
         Index other = items(p)[i];
         if (node(n).count + node(other).count > fill(n)) return;
@@ -444,7 +461,7 @@ class Timeline {
                 if (is_empty) release(std::exchange(left, kNone));
                 return {left, right};
             }
-            Index i = place_in(p, left), above = split(p, i + 1);
+            Index i = node(left).place, above = split(p, i + 1);
             adopt(above, 0, right);
             if (is_empty) {
                 take(p, i);
@@ -512,6 +529,7 @@ class Timeline {
             } else {
                 if (node(item).parent != n) return name + "a child has another parent";
                 if (node(item).height != x.height - 1) return name + "a child of a wrong height";
+                if (node(item).place != i) return name + "a child in another place";
                 if (x.inner.keys[i] != key_of(item)) return name + "a wrong key";
                 if (bit(n, i) != (node(item).waiting != 0)) return name + "wrong about who waits";
                 std::string broken = check_node(item);
