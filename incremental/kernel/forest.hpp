@@ -17,7 +17,7 @@
 // hung from it keep their places, though its triangle may be gone.
 //
 // Invariants (check): the root is the first; the timeline's own.
-// Cost: O(log n) to add, to compare, to move a run; 16 bytes an event from scratch, 31 in use.
+// Cost: O(log n) to add, to compare, to move a run; 16 bytes an event from scratch, 26 in use.
 #pragma once
 
 #include <limits>

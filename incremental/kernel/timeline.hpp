@@ -22,7 +22,7 @@
 // Invariants (check): all leaves are on one level; no node is empty; parents, largest and who waits
 // are right.
 // Exceptions: std::bad_alloc, and then nothing but clear and assign may follow.
-// Cost: assign O(n); all else O(log n). 11 bytes an event.
+// Cost: assign O(n); all else O(log n). 10 bytes an event.
 #pragma once
 
 #include <algorithm>
