@@ -131,7 +131,8 @@ class Model {
             if (i % 4 != 0) continue;
             double far = NearestSearch(ring).ask_distance(q);
             if (far != NearestSearch(ring, &cells).ask_distance(q)) fail("another distance");
-            for (Point to : {q, places[i / 2], Point{q.x + 1, q.y - 1}, Point{q.x, q.y + 9}}) {
+            for (Point to : {q, places[i / 2], Point{q.x + 1, q.y - 1}, Point{q.x, q.y + 9},
+                             Point{q.x - 0.25, q.y + 0.125}}) {
                 Segment s(q, to);
                 if (intersects(cells, s) != any_contact(ring, ring.root(), s, by_tree))
                     fail("another contact");
@@ -152,10 +153,12 @@ class Model {
             places.push_back({a.x, b.y});
             places.push_back({(a.x + b.x) / 2, (a.y + b.y) / 2});
             places.push_back(somewhere());
+            for (int j = 0; j < 2; ++j) places.push_back({a.x + eighths(), a.y + eighths()});
         }
         return places;
     }
 
+    double eighths() { return double(random(17)) / 8 - 1; }
     Point somewhere() { return {double(random(grid_)), double(random(grid_))}; }
 
     Index new_vertex() {

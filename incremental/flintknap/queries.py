@@ -14,7 +14,7 @@ Refuses coordinates as the engine does (InputError).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
@@ -23,9 +23,14 @@ from flintknap.collision import Bounds, Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     from flintknap._kernel import Kernel
+
+
+_Scalar = TypeVar("_Scalar", int, float, bool)
 
 
 class Queries:
@@ -71,16 +76,14 @@ class Queries:
         if level is not None or tolerance is not None:
             xs, ys = inputs.pairs(x, y)
             cut = inputs.cut(level, tolerance)
-            return _answers(self._kernel.side_at(xs.ravel(), ys.ravel(), *cut), xs.shape)
-        if isinstance(x, float) and isinstance(y, float):
-            side = self._kernel.side(x, y)
-            if side > 1:
-                inputs.scalar(x, "x"), inputs.scalar(y, "y")  # one of them raises
-            return side
+            return _shaped(
+                self._kernel.side_at(xs.reshape(-1), ys.reshape(-1), *cut), xs.shape, int
+            )
+        told = self._kernel.side(x, y)  # of two floats
+        if told is not None:
+            return told
         xs, ys = inputs.pairs(x, y)
-        if xs.ndim == 0:
-            return self._kernel.side(float(xs), float(ys))
-        return self._kernel.side_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+        return _shaped(self._kernel.side_many(xs.reshape(-1), ys.reshape(-1)), xs.shape, int)
 
     @overload
     def contains(self, x: float, y: float) -> bool: ...
@@ -91,11 +94,8 @@ class Queries:
 
         A bool for two numbers, else bool of the common shape. Cost and errors as of side.
         """
-        if isinstance(x, float) and isinstance(y, float):
-            side = self._kernel.side(x, y)
-            if side <= 1:
-                return side >= 0
-        return self.side(x, y) >= 0
+        told = self._kernel.contains(x, y)  # of two floats
+        return self.side(x, y) >= 0 if told is None else told
 
     @overload
     def distance(self, x: float, y: float) -> float: ...
@@ -125,14 +125,13 @@ class Queries:
         if level is not None or tolerance is not None:
             xs, ys = inputs.pairs(x, y)
             cut = inputs.cut(level, tolerance)
-            found = self._kernel.distance_at(xs.ravel(), ys.ravel(), *cut)
+            found = self._kernel.distance_at(xs.reshape(-1), ys.reshape(-1), *cut)
             return Bounds(*shaped(found, xs.shape))
-        if isinstance(x, float) and isinstance(y, float):
-            return self._kernel.distance(inputs.scalar(x, "x"), inputs.scalar(y, "y"))
+        told = self._kernel.distance(x, y)  # of two floats
+        if told is not None:
+            return told
         xs, ys = inputs.pairs(x, y)
-        if xs.ndim == 0:
-            return self._kernel.distance(float(xs), float(ys))
-        return self._kernel.distance_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+        return _shaped(self._kernel.distance_many(xs.reshape(-1), ys.reshape(-1)), xs.shape, float)
 
     def nearest(self, x: ArrayLike, y: ArrayLike | None = None) -> Nearest:
         """Return the nearest points of the boundary, their distances and edges.
@@ -144,7 +143,7 @@ class Queries:
         Raises InputError naming the first row at fault.
         """
         xs, ys = inputs.pairs(x, y)
-        return Nearest(*shaped(self._kernel.nearest(xs.ravel(), ys.ravel()), xs.shape))
+        return Nearest(*shaped(self._kernel.nearest(xs.reshape(-1), ys.reshape(-1)), xs.shape))
 
     @overload
     def intersects(self, x0: float, y0: float, x1: float, y1: float) -> bool: ...
@@ -180,16 +179,18 @@ class Queries:
 
         Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
-        ends = inputs.segments(x0, y0, x1, y1)
-        if level is not None or tolerance is not None:
-            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
-            cut = inputs.cut(level, tolerance)
-            told = self._kernel.intersects_at(x0s, y0s, x1s, y1s, *cut)
-            return _answers(told, ends[0].shape)
-        if ends[0].ndim == 0:
-            return self._kernel.intersects(*map(float, ends))
-        found = self._kernel.intersects_many(*(each.ravel() for each in ends))
-        return found.view(np.bool_).reshape(ends[0].shape)
+        kernel = self._kernel
+        if level is None and tolerance is None:
+            told = kernel.intersects(x0, y0, x1, y1)  # of four floats
+            if told is not None:
+                return told
+        return _of_segments(
+            kernel.intersects_many,
+            kernel.intersects_at,
+            inputs.segments(x0, y0, x1, y1),
+            level,
+            tolerance,
+        )
 
     @overload
     def contains_segment(self, x0: float, y0: float, x1: float, y1: float) -> bool: ...
@@ -219,16 +220,14 @@ class Queries:
 
         Exact. Arguments, cost and errors as of intersects, with a level or a tolerance as well.
         """
-        ends = inputs.segments(x0, y0, x1, y1)
-        if level is not None or tolerance is not None:
-            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
-            cut = inputs.cut(level, tolerance)
-            told = self._kernel.holds_at(x0s, y0s, x1s, y1s, *cut)
-            return _answers(told, ends[0].shape)
-        if ends[0].ndim == 0:
-            return self._kernel.holds(*map(float, ends))
-        found = self._kernel.holds_many(*(each.ravel() for each in ends))
-        return found.view(np.bool_).reshape(ends[0].shape)
+        kernel = self._kernel
+        if level is None and tolerance is None:
+            told = kernel.holds(x0, y0, x1, y1)  # of four floats
+            if told is not None:
+                return told
+        return _of_segments(
+            kernel.holds_many, kernel.holds_at, inputs.segments(x0, y0, x1, y1), level, tolerance
+        )
 
     @overload
     def first_hit(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Hit: ...
@@ -261,11 +260,11 @@ class Queries:
         """
         ends = inputs.segments(x0, y0, x1, y1)
         if level is not None or tolerance is not None:
-            x0s, y0s, x1s, y1s = (each.ravel() for each in ends)
+            x0s, y0s, x1s, y1s = (each.reshape(-1) for each in ends)
             cut = inputs.cut(level, tolerance)
             found = self._kernel.first_hit_at(x0s, y0s, x1s, y1s, *cut)
             return Bounds(*shaped(found, ends[0].shape))
-        hits = self._kernel.first_hit(*(each.ravel() for each in ends))
+        hits = self._kernel.first_hit(*(each.reshape(-1) for each in ends))
         return Hit(*shaped(hits, ends[0].shape))
 
     def crossings(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Crossings:
@@ -275,7 +274,7 @@ class Queries:
         the boxes of the boundary that the segment meets.
         """
         ends = inputs.segments(x0, y0, x1, y1)
-        return Crossings(*self._kernel.crossings(*(each.ravel() for each in ends)))
+        return Crossings(*self._kernel.crossings(*(each.reshape(-1) for each in ends)))
 
     @overload
     def collides(self, other: Queries) -> bool: ...
@@ -342,5 +341,20 @@ class Queries:
         return self._kernel.is_clear(other._kernel, at_least)
 
 
-def _answers(told: NDArray[np.int8], shape: tuple[int, ...]) -> int | NDArray[np.int8]:
-    return told.reshape(shape) if shape else int(told[0])
+def _of_segments(
+    many: Callable[..., NDArray[np.uint8]],
+    many_at: Callable[..., NDArray[np.int8]],
+    ends: tuple[NDArray[np.float64], ...],
+    level: int | None,
+    tolerance: float | None,
+) -> bool | NDArray[np.bool_] | int | NDArray[np.int8]:
+    columns, shape = [each.reshape(-1) for each in ends], ends[0].shape
+    if level is None and tolerance is None:
+        return _shaped(many(*columns).view(np.bool_), shape, bool)
+    return _shaped(many_at(*columns, *inputs.cut(level, tolerance)), shape, int)
+
+
+def _shaped(
+    column: NDArray[Any], shape: tuple[int, ...], scalar: Callable[[Any], _Scalar]
+) -> _Scalar | NDArray[Any]:
+    return column.reshape(shape) if shape else scalar(column[0])

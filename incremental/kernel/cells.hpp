@@ -1,9 +1,9 @@
 // What lies where: for each cell of a grid over the ring, the few leaves that have to be asked.
 //
-// Theory. Let C be a closed cell, and let the leaves of the ring whose boxes meet C be listed with
-// it. Every other edge ab is disjoint from C. As a place q moves in C, whether ab crosses the ray
-// from q to the right changes only when the ray passes an end of ab that lies beyond the right side
-// of C: so, with [..] for 1 if true and 0 if not, and sums taken modulo 2,
+// Theory. Let C be a closed cell, and let the leaves of the ring with edges that may meet C be
+// listed with it. Every other edge ab is disjoint from C. As a place q moves in C, whether ab
+// crosses the ray from q to the right changes only when the ray passes an end of ab that lies
+// beyond the right side of C: so, with [..] for 1 if true and 0 if not, and sums taken modulo 2,
 //
 //                |   C   |     a           (1)  [ab crosses the ray]
 //        b       |  q----|---/------             + [a right of C and above q]
@@ -20,10 +20,14 @@
 // for a listed leaf, so neither has the rest. The cells that meet B are forgotten. Cells with more
 // leaves than there is room for are left to the tree; so is what is outside.
 //
+// A cell that is asked about again and again is drawn (raster.hpp): then most places in it are told
+// by one load, and so are most short segments. One that no leaf meets is wholly on one side.
+//
 // Invariants (check): a cell that is known is what it would be if made now; the ring lies in the
 // frame of the grid.
-// Cost: a cell for every 32 vertices, 64 bytes each, none before somebody asks. To make one:
-// O(log n) boxes on curves. A place: the leaves of its cell. A splice: a write a cell in its box.
+// Cost: a cell for every 16 vertices, 4 bytes each, and 384 for one with leaves, none before
+// somebody asks. To make one: O(log n) boxes on curves; to draw it: the edges in it. A place: a
+// load, or the leaves of its cell. A splice: a write a cell in its box.
 #pragma once
 
 #include <algorithm>
@@ -33,38 +37,83 @@
 #include <vector>
 
 #include "queries.hpp"
+#include "raster.hpp"
 #include "splices.hpp"
 
 namespace flintknap {
 
 class Cells {
    public:
-    static constexpr std::size_t kRoom = 12;
+    static constexpr std::size_t kRoom = 28;
+    static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
 
     struct alignas(64) Cell {
         Index leaves[kRoom];
-        std::uint16_t first_right, last_right;  // by leaf, as bits: ends right of the cell
+        std::uint32_t first_right, last_right;  // by leaf, as bits: ends right of the cell
         std::uint8_t count;                     // of leaves; kRoom + 1 if there are more
         std::uint8_t odd;
+        std::uint8_t asked;  // how often, before it is drawn
+        Raster raster;       // until then nothing in it is clear
         bool is_crowded() const { return count > kRoom; }
+        bool is_drawn() const { return asked == kPatience; }
     };
 
     explicit Cells(const Ring& ring) : ring_(ring) {}
 
     const Ring& ring() const { return ring_; }
 
-    // The cell of a place in the box of the ring; nullptr if it is crowded.
+    // The cell of a place in the box of the ring; nullptr if it is empty or crowded.
     const Cell* find(Point q) {
         if (columns_ == 0) begin();
-        const Cell& cell = made(column(q.x), row(q.y));
-        return cell.is_crowded() ? nullptr : &cell;
+        Index known = made(column(q.x), row(q.y));
+        return known < 0 || cells_[at(known)].is_crowded() ? nullptr : &cells_[at(known)];
     }
 
     // +1 inside, 0 on the boundary, -1 outside.
     int side(Point q) {
-        if (ring_.empty() || !ring_.node(ring_.root()).box.holds(q)) return -1;
-        const Cell* cell = find(q);
-        return cell == nullptr ? flintknap::side(ring_, q) : side_of(crossed(*cell, q));
+        if (columns_ == 0) {
+            if (ring_.empty()) return -1;
+            begin();
+        }
+        if (!frame_.holds(q)) return -1;
+        Index x = column(q.x), y = row(q.y), known = made(x, y);
+        if (known < 0) return known == kInside ? 1 : -1;
+        Cell& cell = cells_[at(known)];
+        int told = cell.raster.side(in_raster(q, x, y));
+        if (told != 0) return told;
+        if (cell.is_crowded()) return flintknap::side(ring_, q);
+        note_question(cell, x, y);
+        return side_of(crossed(cell, q));
+    }
+
+    // What a segment comes by, as bits of Raster: its sides, and kEdges if there may be some, or
+    // the way is long, or there is no need to know because it comes by both sides.
+    unsigned along(Point p, Point q, const Box& box) {
+        if (columns_ == 0) begin();
+        Range cells = range(box);
+        bool is_within =
+            frame_.holds({box.x_low, box.y_low}) && frame_.holds({box.x_high, box.y_high});
+        if (!is_within || !cells.is_small()) return Raster::kEdges;
+        unsigned kinds = 0;
+        for (Index y = cells.low; y <= cells.high; ++y) {
+            for (Index x = cells.left; x <= cells.right; ++x) kinds |= kind(ask(x, y));
+        }
+        if (kinds == Raster::kInside || kinds == Raster::kOutside) return kinds;
+        unsigned seen = kind_at(p) | kind_at(q);
+        const Raster::Slant way(in_parts(p), in_parts(q), Raster::kMargin / 2);
+        for (Index y = cells.low; y <= cells.high; ++y) {
+            for (Index x = cells.left; x <= cells.right; ++x) {
+                if (Raster::are_both(seen)) return seen;
+                Index known = known_[place(x, y)];
+                const auto here = way.from(corner(x, y));
+                if (known >= 0) {
+                    seen |= cells_[at(known)].raster.along(here);
+                } else if (Raster::is_met(here)) {
+                    seen |= kind(known);
+                }
+            }
+        }
+        return seen;
     }
 
     // Calls f(leaf) for leaves, until it returns true. Returns whether it did, or these are all
@@ -72,13 +121,14 @@ class Cells {
     template <class F>
     bool visit(const Box& box, F f) {
         if (columns_ == 0) begin();
-        Index left = column(box.x_low), right = column(box.x_high);
-        Index low = row(box.y_low), high = row(box.y_high);
-        if (right - left > 1 || high - low > 1) return false;
+        Range cells = range(box);
+        if (!cells.is_small()) return false;
         bool is_all = true;
-        for (Index y = low; y <= high; ++y) {
-            for (Index x = left; x <= right; ++x) {
-                const Cell& cell = made(x, y);
+        for (Index y = cells.low; y <= cells.high; ++y) {
+            for (Index x = cells.left; x <= cells.right; ++x) {
+                Index known = made(x, y);
+                if (known < 0) continue;
+                const Cell& cell = cells_[at(known)];
                 if (cell.is_crowded()) {
                     is_all = false;
                     continue;
@@ -110,7 +160,9 @@ class Cells {
         for (const Box& b : splices.changed()) forget(b);
     }
 
-    std::size_t bytes() const { return cells_.capacity() * sizeof(Cell) + is_made_.capacity(); }
+    std::size_t bytes() const {
+        return cells_.capacity() * sizeof(Cell) + known_.capacity() * sizeof(Index);
+    }
 
     // The first broken invariant, or nothing. O(n log n).
     std::string check() const {
@@ -118,11 +170,17 @@ class Cells {
         if (!fits()) return "the grid does not fit the ring";
         for (Index y = 0; y < rows_; ++y) {
             for (Index x = 0; x < columns_; ++x) {
-                if (is_made_[place(x, y)] == 0) continue;
-                const Cell& known = cells_[place(x, y)];
-                Cell cell = {};
+                Index known = known_[place(x, y)];
+                if (known == kNone) continue;
+                Cell cell;
                 make(cell, box(x, y));
-                if (!are_alike(known, cell)) {
+                bool is_so = known == (cell.count > 0 ? known : side_all_over(cell));
+                if (known >= 0) {
+                    const Cell& old = cells_[at(known)];
+                    if (old.is_drawn()) draw(cell, x, y);
+                    is_so = is_so && are_alike(old, cell) && old.raster == cell.raster;
+                }
+                if (!is_so) {
                     return "cell " + std::to_string(x) + ", " + std::to_string(y) +
                            " is not what it would be if made now";
                 }
@@ -132,8 +190,18 @@ class Cells {
     }
 
    private:
-    static constexpr Index kShare = 32;  // vertices a cell
+    static constexpr Index kShare = 16;  // vertices a cell
     static constexpr double kMargin = 0.125;
+
+    // Of a cell without leaves.
+    static constexpr Index kOutside = -2, kInside = -3;
+    static_assert(kNone == -1);
+
+    // Of cells.
+    struct Range {
+        Index left, right, low, high;
+        bool is_small() const { return right - left <= 1 && high - low <= 1; }
+    };
 
     // A grid of about square cells, wider than the ring by a margin, so that it seldom outgrows it.
     void begin() {
@@ -146,8 +214,9 @@ class Cells {
         Index columns = static_cast<Index>(std::max(1.0, std::min(across, wanted)));
         Index rows = static_cast<Index>(wanted) / columns + 1;
         std::size_t cells = at(columns) * at(rows);
-        if (cells_.size() < cells) cells_.resize(cells);
-        is_made_.assign(cells, 0);
+        known_.assign(cells, kNone);
+        cells_.clear();
+        free_ = kNone;
         x_scale_ = columns / (frame_.x_high - frame_.x_low);
         y_scale_ = rows / (frame_.y_high - frame_.y_low);
         x_slack_ = slack(frame_.x_low, frame_.x_high, columns);
@@ -172,6 +241,23 @@ class Cells {
     Index column(double x) const { return cut((x - frame_.x_low) * x_scale_, columns_); }
     Index row(double y) const { return cut((y - frame_.y_low) * y_scale_, rows_); }
     std::size_t place(Index column, Index row) const { return at(row) * at(columns_) + at(column); }
+    Range range(const Box& b) const {
+        return {column(b.x_low), column(b.x_high), row(b.y_low), row(b.y_high)};
+    }
+    // Coordinates in parts of rasters; of places in the frame they are off by 2^-21 at most. And
+    // those of the corner of a cell.
+    Point in_parts(Point q) const {
+        return {(q.x - frame_.x_low) * x_scale_ * Raster::kSide,
+                (q.y - frame_.y_low) * y_scale_ * Raster::kSide};
+    }
+    static Point corner(Index column, Index row) {
+        return {static_cast<double>(column) * Raster::kSide,
+                static_cast<double>(row) * Raster::kSide};
+    }
+    Point in_raster(Point q, Index column, Index row) const {
+        Point place = in_parts(q), origin = corner(column, row);
+        return {place.x - origin.x, place.y - origin.y};
+    }
 
     // A cell, somewhat larger than the places in it: by more than all rounding.
     Box box(Index column, Index row) const {
@@ -185,13 +271,79 @@ class Cells {
         return (high - low) / n / (1 << 20) + 8 * kUlp * std::max(std::fabs(low), std::fabs(high));
     }
 
-    const Cell& made(Index column, Index row) {
-        std::size_t i = place(column, row);
-        if (is_made_[i] == 0) {
-            make(cells_[i], box(column, row));
-            is_made_[i] = 1;
+    // What is known of a cell, once it is made.
+    Index made(Index column, Index row) {
+        Index& known = known_[place(column, row)];
+        if (known == kNone) known = make_one(box(column, row));
+        return known;
+    }
+    Index make_one(const Box& box) {
+        if (free_ == kNone) {
+            cells_.push_back({});
+            cells_.back().leaves[0] = kNone;
+            free_ = static_cast<Index>(cells_.size()) - 1;
         }
-        return cells_[i];
+        Index n = free_;
+        Cell& cell = cells_[at(n)];
+        Index next = cell.leaves[0];
+        make(cell, box);
+        if (cell.count == 0) {
+            cell.leaves[0] = next;
+            return side_all_over(cell);
+        }
+        free_ = next;
+        return n;
+    }
+
+    static Index side_all_over(const Cell& cell) { return cell.odd != 0 ? kInside : kOutside; }
+
+    // One that is asked about again and again is drawn.
+    void note_question(Cell& cell, Index column, Index row) {
+        if (cell.is_drawn() || cell.is_crowded()) return;
+        if (++cell.asked == kPatience) draw(cell, column, row);
+    }
+
+    // What is known of a cell that is asked about once more.
+    Index ask(Index column, Index row) {
+        Index known = made(column, row);
+        if (known >= 0) note_question(cells_[at(known)], column, row);
+        return known;
+    }
+
+    // The same as bits of Raster; of a place, if it is known what is there.
+    static unsigned kind(Index known) {
+        return known == kInside    ? Raster::kInside
+               : known == kOutside ? Raster::kOutside
+                                   : Raster::kEdges;
+    }
+    unsigned kind_at(Point q) const {
+        Index x = column(q.x), y = row(q.y), known = known_[place(x, y)];
+        if (known < 0) return kind(known);
+        int told = cells_[at(known)].raster.side(in_raster(q, x, y));
+        return told > 0 ? Raster::kInside : told < 0 ? Raster::kOutside : 0;
+    }
+
+    void draw(Cell& cell, Index column, Index row) const {
+        Raster& raster = cell.raster;
+        raster.clear();
+        const Box near = box(column, row);
+        for (std::size_t i = 0; i < cell.count; ++i) {
+            const Ring::Node& n = ring_.node(cell.leaves[i]);
+            const Ring::Leaf& leaf = ring_.leaf_at(n);
+            for (std::int64_t left = not_beside(leaf, n.count, near); left != 0; left &= left - 1) {
+                int e = lowest(left);
+                raster.add(in_raster({leaf.x[e], leaf.y[e]}, column, row),
+                           in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row));
+            }
+        }
+        raster.settle([&](int x, int y) {
+            Point q = {frame_.x_low + (column + (x + 0.5) / Raster::kSide) / x_scale_,
+                       frame_.y_low + (row + (y + 0.5) / Raster::kSide) / y_scale_};
+            Point there = in_raster(q, column, row);  // elsewhere if doubles are far between
+            bool is_there = Raster::part(there.x) == x && Raster::part(there.y) == y &&
+                            this->column(q.x) == column && this->row(q.y) == row;
+            return is_there ? side_of(crossed(cell, q)) : 0;
+        });
     }
 
     void make(Cell& cell, const Box& box) const {
@@ -200,7 +352,8 @@ class Cells {
         unsigned odd = 0;
         Index todo[room];
         int left = 0;
-        cell.count = 0;
+        cell.raster.forget();
+        cell.count = cell.asked = 0;
         cell.first_right = cell.last_right = 0;
         todo[left++] = ring_.root();
         while (left > 0 && !cell.is_crowded()) {
@@ -208,19 +361,25 @@ class Cells {
             const Ring::Node& node = ring_.node(n);
             if (!overlap(node.box, box)) {
                 odd ^= crossed_at_right(node, corner);
-            } else if (node.right != kNone) {
+                continue;
+            }
+            if (node.right != kNone) {
                 todo[left++] = node.right;
                 todo[left++] = node.left;
+                continue;
+            }
+            const Ring::Leaf& leaf = ring_.leaf_at(node);
+            if (not_beside(leaf, node.count, box) == 0) {
+                odd ^= crossed_in_leaf(leaf, node.count, corner);
             } else if (cell.count == kRoom) {
                 ++cell.count;
             } else {
-                const Ring::Leaf& leaf = ring_.leaf_at(node);
                 bool first_right = leaf.x[0] > box.x_high;
                 bool last_right = leaf.x[node.count] > box.x_high;
                 odd ^= (first_right & (node.first_y > corner.y)) ^
                        (last_right & (node.last_y > corner.y));
-                cell.first_right |= static_cast<std::uint16_t>(first_right << cell.count);
-                cell.last_right |= static_cast<std::uint16_t>(last_right << cell.count);
+                cell.first_right |= std::uint32_t{first_right} << cell.count;
+                cell.last_right |= std::uint32_t{last_right} << cell.count;
                 cell.leaves[cell.count++] = n;
             }
         }
@@ -249,8 +408,14 @@ class Cells {
         std::size_t right = at(column(b.x_high + 2 * x_slack_));
         Index high = row(b.y_high + 2 * y_slack_);
         for (Index y = row(b.y_low - 2 * y_slack_); y <= high; ++y) {
-            std::uint8_t* first = &is_made_[place(0, y)];
-            std::fill(first + left, first + right + 1, 0);
+            for (std::size_t x = left; x <= right; ++x) {
+                Index& known = known_[at(y) * at(columns_) + x];
+                if (known >= 0) {
+                    cells_[at(known)].leaves[0] = free_;
+                    free_ = known;
+                }
+                known = kNone;
+            }
         }
     }
 
@@ -270,8 +435,9 @@ class Cells {
     }
 
     const Ring& ring_;
-    std::vector<Cell> cells_;            // row by row
-    std::vector<std::uint8_t> is_made_;  // by cell, 0 or 1
+    Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
+    Array<Cell> cells_;
+    Index free_ = kNone;  // the first cell that is not in use; their leaves[0] are the next ones
     Box frame_ = {};
     Index columns_ = 0, rows_ = 0;      // 0 while there is no grid
     double x_scale_ = 0, y_scale_ = 0;  // cells a unit

@@ -68,16 +68,7 @@ class Segment {
     // the same side of its box; if they are many, nor certainly on the same side of its line.
     std::int64_t candidates(const Ring::Leaf& leaf, Index count) const {
         constexpr int few = 6;
-        Gathered before, behind, under, over;
-        for (int i = 0; i < Ring::kRoom / 2; ++i) {  // those behind the last count for nothing
-            Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
-            before.add(i, x < both(box.x_low));
-            behind.add(i, x > both(box.x_high));
-            under.add(i, y < both(box.y_low));
-            over.add(i, y > both(box.y_high));
-        }
-        std::int64_t beside = ends(before) | ends(behind) | ends(under) | ends(over);
-        std::int64_t left = ~beside & ((std::int64_t{1} << count) - 1);
+        std::int64_t left = not_beside(leaf, count, box);
         return __builtin_popcountll(static_cast<unsigned long long>(left)) <= few
                    ? left
                    : left & ~on_one_side(leaf);
@@ -95,11 +86,6 @@ class Segment {
     const Box box;
 
    private:
-    // The edges with both ends among vertices.
-    static std::int64_t ends(const Gathered& vertices) {
-        return vertices.bits() & (vertices.bits() >> 1);
-    }
-
     std::int64_t on_one_side(const Ring::Leaf& leaf) const {
         Gathered left, right;
         for (int i = 0; i < Ring::kRoom / 2; ++i) {
@@ -109,7 +95,7 @@ class Segment {
             left.add(i, first - second > slack);
             right.add(i, second - first > slack);
         }
-        return ends(left) | ends(right);
+        return left.pairs() | right.pairs();
     }
 
     double x_, y_;
@@ -187,6 +173,11 @@ bool any_contact(Cells& cells, const Segment& s, F&& f) {
 }
 
 inline bool intersects(Cells& cells, const Segment& s) {
+    const Ring& ring = cells.ring();
+    if (ring.empty() || !overlap(s.box, ring.node(ring.root()).box)) return false;
+    unsigned seen = cells.along(s.p, s.q, s.box);
+    if (Raster::are_both(seen)) return true;
+    if ((seen & Raster::kEdges) == 0) return false;
     return any_contact(cells, s, [](Index, Index) { return true; });
 }
 
@@ -293,6 +284,10 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 
 // Whether a segment lies in the closed object.
 inline bool holds_segment(Cells& cells, const Segment& s) {
+    if (cells.ring().empty()) return false;
+    unsigned seen = cells.along(s.p, s.q, s.box);
+    if ((seen & Raster::kOutside) != 0) return false;
+    if (seen == Raster::kInside) return true;
     if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;
     return !any_contact(cells, s,
                         [&](Index n, Index i) { return leads_out_at(cells.ring(), n, i, s); });

@@ -191,7 +191,7 @@ class NearestSearch {
     bool search_cell() {
         if (cells_ == nullptr || !ring_.node(ring_.root()).box.holds(q_)) return false;
         const Cells::Cell* cell = cells_->find(q_);
-        if (cell == nullptr || cell->count == 0) return false;
+        if (cell == nullptr) return false;
         double gaps[Cells::kRoom];
         for (std::size_t i = 0; i < cell->count; ++i) {
             gaps[i] = squared_gap(ring_.node(cell->leaves[i]).box, q_);

@@ -38,6 +38,8 @@ class Gathered {
         sum_ |= where & bits;
     }
     std::int64_t bits() const { return sum_[0] | sum_[1]; }
+    // Those set together with the next one.
+    std::int64_t pairs() const { return bits() & (bits() >> 1); }
 
    private:
     static constexpr auto kBits = [] {

@@ -166,7 +166,9 @@ class Object {
             notes_.forget();  // the ring tells no longer what it was
             throw;
         }
+        ring_revision_ = points_.revision();
     }
+    bool is_ring_fresh() const { return ring_revision_ == points_.revision(); }
     bool is_long_to_update_ring() const { return constriction_.links().all() && ring_size() > 0; }
 
     // How the ring differs from what it was at a revision. What it was is noted once somebody has
@@ -353,6 +355,7 @@ class Object {
     Notes notes_;
     std::shared_ptr<const Outline> outline_;
     std::int64_t outline_revision_ = 0;
+    std::int64_t ring_revision_ = -1;  // of the last update_ring
     State state_ = State::fresh;
     std::size_t changes_ = 0;  // since the constriction was fresh
 };

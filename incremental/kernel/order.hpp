@@ -53,8 +53,9 @@ class Order {
     // Whether the i-th and the one before it have the same key, as far as it counts.
     bool is_tied(std::size_t i) const { return (ranked_[i] ^ ranked_[i - 1]) >> item_bits_ == 0; }
 
+    static constexpr int kDigit = 11;  // bits that one pass sorts by
+
    private:
-    static constexpr int kDigit = 11;
     static constexpr std::size_t kFew = 1024;  // below, clearing the counters costs more
 
     // By radix, least significant digit first, skipping digits that all keys share.
@@ -118,9 +119,10 @@ inline std::uint64_t hilbert(std::uint32_t x, std::uint32_t y, int bits) {
     return key;
 }
 
-// By round(i), 0 .. 31, and each round along the curve, point(i) being the place of item i.
+// By round(i), 0 .. 31, and each round along the curve, point(i) being the place of item i, told to
+// `most` bits of x and of y, an even number.
 template <class PointOf, class RoundOf>
-Order order_in_rounds(std::size_t n, PointOf point, RoundOf round) {
+Order order_in_rounds(std::size_t n, PointOf point, RoundOf round, int most) {
     if (n == 0) return {0, round};
     Point low = point(0), high = low;
     for (std::size_t i = 1; i < n; ++i) {
@@ -129,7 +131,7 @@ Order order_in_rounds(std::size_t n, PointOf point, RoundOf round) {
         high = {std::max(high.x, p.x), std::max(high.y, p.y)};
     }
     // of x and of y: even, and as many as count, or one more
-    int bits = std::min(28, 2 * ((59 - Order::bits(n) + 3) / 4));
+    int bits = std::min(most, 2 * ((59 - Order::bits(n) + 3) / 4));
     double extent = std::max(high.x - low.x, high.y - low.y);
     double scale = extent > 0 ? ((1U << bits) - 1) / extent : 0;
     return {n, [=](std::size_t i) {
@@ -143,17 +145,20 @@ Order order_in_rounds(std::size_t n, PointOf point, RoundOf round) {
 // The order of insertion: biased randomised.
 template <class PointOf>
 Order insertion_order(std::size_t n, PointOf point) {
-    return order_in_rounds(n, point, [](std::size_t i) {
+    auto drawn = [](std::size_t i) {
         std::uint64_t draw = mix(i), round = 31;  // 32 rounds: a quarter of a quarter of ...
         for (; round > 0 && (draw & 3) == 0; draw >>= 2) --round;
         return round;
-    });
+    };
+    return order_in_rounds(n, point, drawn, 28);
 }
 
-// All along the curve.
+// All along the curve, as finely as takes no more passes than telling them apart.
 template <class PointOf>
 Order curve_order(std::size_t n, PointOf point) {
-    return order_in_rounds(n, point, [](std::size_t) { return std::uint64_t{0}; });
+    int passes = (Order::bits(n) + Order::kDigit - 1) / Order::kDigit;
+    return order_in_rounds(
+        n, point, [](std::size_t) { return std::uint64_t{0}; }, 2 * (passes * Order::kDigit / 4));
 }
 
 }  // namespace flintknap

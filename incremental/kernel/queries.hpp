@@ -47,6 +47,20 @@ inline unsigned crossed_at_right(const Ring::Node& n, Point q) {
     return (n.box.x_low > q.x) & ((n.first_y > q.y) != (n.last_y > q.y));
 }
 
+// The edges of a leaf that do not have both ends beyond the same side of a box, as bits.
+inline std::int64_t not_beside(const Ring::Leaf& leaf, Index count, const Box& box) {
+    Gathered before, behind, under, over;
+    for (int i = 0; i < Ring::kRoom / 2; ++i) {  // those behind the last count for nothing
+        Lanes x = load(leaf.x + 2 * i), y = load(leaf.y + 2 * i);
+        before.add(i, x < both(box.x_low));
+        behind.add(i, x > both(box.x_high));
+        under.add(i, y < both(box.y_low));
+        over.add(i, y > both(box.y_high));
+    }
+    std::int64_t beside = before.pairs() | behind.pairs() | under.pairs() | over.pairs();
+    return ~beside & ((std::int64_t{1} << count) - 1);
+}
+
 // Of the edges of a leaf. Where each vertex lies is gathered as bits, without a branch.
 inline unsigned crossed_in_leaf(const Ring::Leaf& leaf, Index count, Point q) {
     Gathered gathered_above, gathered_level, gathered_right, gathered_not_left;

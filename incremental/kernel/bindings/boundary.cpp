@@ -9,11 +9,19 @@ double d_min(Kernel& k) {
     return k.object().widening().limit().d;
 }
 
-// 2 if the place is not admissible.
-int side_one(Kernel& k, double x, double y) {
-    if (!is_admissible({x, y})) return 2;
+// Of a place, or None if it is none.
+std::optional<int> side_one(Kernel& k, nb::handle x, nb::handle y) {
+    std::optional<Point> q = as_place(x, y);
+    if (!q) return {};
     auto turn = k.with_ring();
-    return k.object().cells().side({x, y});
+    return k.object().cells().side(*q);
+}
+
+std::optional<bool> contains_one(Kernel& k, nb::handle x, nb::handle y) {
+    std::optional<Point> q = as_place(x, y);
+    if (!q) return {};
+    auto turn = k.with_ring();
+    return k.object().cells().side(*q) >= 0;
 }
 
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {
@@ -34,7 +42,8 @@ auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {
 void bind_boundary(KernelClass& kernel) {
     using namespace nb::literals;
     kernel.def("d_min", d_min)
-        .def("side", side_one, "x"_a, "y"_a)
+        .def("side", side_one, "x"_a.none(), "y"_a.none())
+        .def("contains", contains_one, "x"_a.none(), "y"_a.none())
         .def("side_many", side_many, "x"_a, "y"_a);
 }
 

@@ -51,9 +51,12 @@ void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
     });
 }
 
-double distance_one(Kernel& k, double x, double y) {
+// Of a place, or None if it is none.
+std::optional<double> distance_one(Kernel& k, nb::handle x, nb::handle y) {
+    std::optional<Point> q = as_place(x, y);
+    if (!q) return {};
     auto turn = k.with_ring();
-    return NearestSearch(k.object().ring(), &k.object().cells()).ask_distance({x, y});
+    return NearestSearch(k.object().ring(), &k.object().cells()).ask_distance(*q);
 }
 
 auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
@@ -98,11 +101,14 @@ void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1
                 [&](std::size_t i) { f(i, Segment({x0(i), y0(i)}, {x1(i), y1(i)})); });
 }
 
-// Whether each segment meets the boundary, or is held by the object.
+// Whether a segment meets the boundary, or is held by the object; None if it is none.
 template <bool (*Ask)(Cells&, const Segment&)>
-bool segment_one(Kernel& k, double x0, double y0, double x1, double y1) {
+std::optional<bool> segment_one(Kernel& k, nb::handle x0, nb::handle y0, nb::handle x1,
+                                nb::handle y1) {
+    std::optional<Point> p = as_place(x0, y0), q = as_place(x1, y1);
+    if (!p || !q) return {};
     auto turn = k.with_ring();
-    return Ask(k.object().cells(), {{x0, y0}, {x1, y1}});
+    return Ask(k.object().cells(), {*p, *q});
 }
 
 template <bool (*Ask)(Cells&, const Segment&)>
@@ -177,12 +183,14 @@ bool is_clear(Kernel& a, Kernel& b, double at_least) {
 
 void bind_collision(KernelClass& kernel) {
     using namespace nb::literals;
-    kernel.def("distance", distance_one, "x"_a, "y"_a)
+    kernel.def("distance", distance_one, "x"_a.none(), "y"_a.none())
         .def("distance_many", distance_many, "x"_a, "y"_a)
         .def("nearest", nearest, "x"_a, "y"_a)
-        .def("intersects", segment_one<intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("intersects", segment_one<intersects>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
+             "y1"_a.none())
         .def("intersects_many", segment_many<intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
-        .def("holds", segment_one<holds_segment>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("holds", segment_one<holds_segment>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
+             "y1"_a.none())
         .def("holds_many", segment_many<holds_segment>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("first_hit", first_hit, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("crossings", crossings, "x0"_a, "y0"_a, "x1"_a, "y1"_a)

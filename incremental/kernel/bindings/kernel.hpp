@@ -64,13 +64,15 @@ class Kernel {
     // This object's turn, with everything up to date.
     Turn settled() {
         Turn turn = take_turn();
-        if (!object_->is_settled()) bring_up([&](auto poll) { object_->settle(poll); });
+        settle();
         return turn;
     }
 
     // The same, the ring as a sequence included.
     Turn with_ring() {
-        Turn turn = settled();
+        Turn turn = take_turn();
+        if (object_->is_ring_fresh()) return turn;
+        settle();
         if (object_->is_long_to_update_ring()) {
             nb::gil_scoped_release others_may_run;
             object_->update_ring();
@@ -108,6 +110,10 @@ class Kernel {
     static void poll_signals() {
         nb::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0) throw Interrupted{};
+    }
+
+    void settle() {
+        if (!object_->is_settled()) bring_up([&](auto poll) { object_->settle(poll); });
     }
 
     template <class Work>

@@ -3,9 +3,11 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -28,6 +30,13 @@ auto to_numpy(std::vector<T, Allocator>&& values, std::size_t columns = 1) {
     nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Values*>(p); });
     std::size_t shape[2] = {owned->size() / columns, columns};
     return nb::ndarray<nb::numpy, T>(owned->data(), columns == 1 ? 1 : 2, shape, owner);
+}
+
+// The place with these coordinates, if they are floats of Python and admissible.
+inline std::optional<Point> as_place(nb::handle x, nb::handle y) {
+    if (!PyFloat_Check(x.ptr()) || !PyFloat_Check(y.ptr())) return {};
+    Point p = {PyFloat_AS_DOUBLE(x.ptr()), PyFloat_AS_DOUBLE(y.ptr())};
+    return is_admissible(p) ? std::optional<Point>(p) : std::nullopt;
 }
 
 // -0.0 and 0.0 are one place, with one hash.
