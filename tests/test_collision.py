@@ -8,7 +8,7 @@ import threading
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
@@ -49,8 +49,12 @@ def rings_and_segments(draw: DrawFn) -> tuple[Points, Segments]:
 
 
 # ---------------------------------------------------------------------- distances
+NEARLY_ALIKE = [(0.0, 0.0), (1.0, 1.0), (1e30, 0.0), (7e59, 0.0), (0.0, 1e30)]
+
+
 @settings(deadline=None)
 @given(rings_and_places())
+@example((np.array(NEARLY_ALIKE), np.array([(1e30, 1.0)])))
 def test_distances_agree_with_fractions(case: tuple[Points, Points]) -> None:
     points, asked = case
     judges.distances(made(points), asked)
@@ -197,11 +201,26 @@ def test_arrays_broadcast_and_rows_are_named() -> None:
     meets = engine.intersects(1.0, 2.0, x1, [2.0, 3.0, 9.0])
     assert meets.tolist() == [[False, False, True], [True, True, True]]
     assert engine.first_hit(1, 2, x1, [2, 3, 9]).t.shape == (2, 3)
+    for number in (int, float, np.float64, np.int64, np.float32):
+        x, y, far = number(1), number(2), number(9)
+        assert (engine.side(x, y), engine.side(far, y)) == (1, -1)
+        assert engine.contains(x, y) is True
+        assert engine.intersects(x, y, far, y) is True
+        assert engine.contains_segment(x, y, far, y) is False
+        assert isinstance(engine.distance(x, y), float)
     assert engine.nearest([[1.0, 2.0]], 1.0).start.shape == (1, 2)
     assert len(engine.crossings([], 0.0, 1.0, 1.0).t) == 0
     with pytest.raises(fk.InputError, match=r"row 1: got .*nan") as caught:
         engine.intersects(1.0, 2.0, [3.0, math.nan], 4.0)
     assert caught.value.row == 1
+    for bad in (None, "1", math.inf, 1e70, True):
+        for ask in (engine.side, engine.contains, engine.distance):
+            for args in ((bad, 1.0), (1.0, bad)):
+                with pytest.raises(fk.InputError):
+                    ask(*args)
+        for ask in (engine.intersects, engine.contains_segment):
+            with pytest.raises(fk.InputError):
+                ask(1.0, 1.0, 2.0, bad)
     with pytest.raises(fk.InputError, match="expected shapes that broadcast"):
         engine.first_hit([1.0, 2.0], 2.0, [1.0, 2.0, 3.0], 4.0)
     with pytest.raises(fk.InputError, match="row 0"):

@@ -140,6 +140,34 @@ def test_an_object_that_grows_and_shrinks_by_orders_of_magnitude() -> None:
     assert not engine.intersects(0.0, 0.0, 1.0, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("offset", "size", "noise"), [(0, 1, 0.3), (0, 1e-9, 0.01), (1e6, 1, 0.1), (-1e15, 1e3, 0.1)]
+)
+def test_places_asked_about_again_and_again(offset: float, size: float, noise: float) -> None:
+    """Cells that are asked about often are drawn; many places at once, and crossings, ask none."""
+    rng = np.random.default_rng(7)
+    engine = made(offset + size * wavy(2000, 6, noise))
+    for step in range(4):
+        ring = engine.boundary().xy
+        at = ring[rng.integers(len(ring), size=150)]
+        asked = at + size * rng.choice([0, 0.003, 0.03, 0.3]) * rng.normal(size=at.shape)
+        to = asked + size * rng.choice([0.001, 0.03, 0.3]) * rng.normal(size=at.shape)
+        ends = np.concatenate([asked, to], axis=1)
+        sides = engine.side(asked).tolist()
+        meets = np.bincount(engine.crossings(*ends.T).segment, minlength=len(ends)) > 0
+        held = made(engine.points()).contains_segment(*ends.T)
+        for _ in range(6):
+            assert [engine.side(x, y) for x, y in asked.tolist()] == sides
+            assert [engine.contains(x, y) for x, y in asked.tolist()] == [s >= 0 for s in sides]
+            assert engine.intersects(*ends.T).tolist() == meets.tolist()
+            assert engine.contains_segment(*ends.T).tolist() == held.tolist()
+        engine.check()
+        if step % 2 == 0:
+            engine.insert(at[:3] + size * 0.01)
+        else:
+            engine.remove(rng.choice(engine.ids(), 3, replace=False))
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e6, -1e15])
 def test_objects_far_from_the_origin(offset: float) -> None:
     rng = np.random.default_rng(2)
