@@ -96,7 +96,9 @@ def pairs(x: ArrayLike, y: ArrayLike | None) -> tuple[NDArray[Any], NDArray[Any]
                 raise InputError(
                     f"x and y: got shapes {xs.shape} and {ys.shape}, expected shapes that broadcast"
                 ) from None
-    row = first_outside(xs.ravel(), ys.ravel())
+    row = first_outside(xs.reshape(-1), ys.reshape(-1))
+    if row >= 0 and xs.ndim == 0:
+        scalar(float(xs), "x"), scalar(float(ys), "y")  # one of them raises
     if row >= 0:
         got = (float(xs.ravel()[row]), float(ys.ravel()[row]))
         raise InputError(
@@ -119,10 +121,11 @@ def segments(
         raise InputError(
             f"x0, y0, x1, y1: got shapes {shapes}, expected shapes that broadcast"
         ) from None
-    rows = [first_outside(xs.ravel(), ys.ravel()), first_outside(us.ravel(), vs.ravel())]
+    flat = [each.reshape(-1) for each in (xs, ys, us, vs)]
+    rows = [first_outside(*flat[:2]), first_outside(*flat[2:])]
     row = min((row for row in rows if row >= 0), default=-1)
     if row >= 0:
-        ends = tuple(float(each.ravel()[row]) for each in (xs, ys, us, vs))
+        ends = tuple(float(each[row]) for each in flat)
         raise InputError(
             f"row {row}: got {ends}, expected coordinates that are {_EXPECTED}", row=row
         )
