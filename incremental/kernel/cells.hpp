@@ -34,6 +34,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "queries.hpp"
@@ -76,41 +77,43 @@ class Cells {
             begin();
         }
         if (!frame_.holds(q)) return -1;
-        Index x = column(q.x), y = row(q.y), known = made(x, y);
+        Spot at_q = spot(q);
+        Index known = made(at_q.column, at_q.row);
         if (known < 0) return known == kInside ? 1 : -1;
         Cell& cell = cells_[at(known)];
-        int told = cell.raster.side(in_raster(q, x, y));
+        int told = cell.raster.side(at_q.in_raster());
         if (told != 0) return told;
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        note_question(cell, x, y);
+        note_question(cell, at_q.column, at_q.row);
         return side_of(crossed(cell, q));
     }
 
     // What a segment comes by, as bits of Raster: its sides, and kEdges if there may be some, or
     // the way is long, or there is no need to know because it comes by both sides.
-    unsigned along(Point p, Point q, const Box& box) {
+    unsigned along(Point p, Point q) {
         if (columns_ == 0) begin();
-        Range cells = range(box);
-        bool is_within =
-            frame_.holds({box.x_low, box.y_low}) && frame_.holds({box.x_high, box.y_high});
-        if (!is_within || !cells.is_small()) return Raster::kEdges;
-        unsigned kinds = 0;
-        for (Index y = cells.low; y <= cells.high; ++y) {
-            for (Index x = cells.left; x <= cells.right; ++x) kinds |= kind(ask(x, y));
-        }
-        if (kinds == Raster::kInside || kinds == Raster::kOutside) return kinds;
-        unsigned seen = kind_at(p) | kind_at(q);
-        const Raster::Slant way(in_parts(p), in_parts(q), Raster::kMargin / 2);
-        for (Index y = cells.low; y <= cells.high; ++y) {
-            for (Index x = cells.left; x <= cells.right; ++x) {
-                if (Raster::are_both(seen)) return seen;
-                Index known = known_[place(x, y)];
+        if (!frame_.holds(p) || !frame_.holds(q)) return Raster::kEdges;
+        Spot first = spot(p), last = spot(q);
+        auto [left, right] = std::minmax({first.column, last.column});
+        auto [low, high] = std::minmax({first.row, last.row});
+        if (right - left > 1 || high - low > 1) return Raster::kEdges;
+        Index at_first = ask(first.column, first.row), at_last = at_first;
+        bool is_one = left == right && low == high;
+        if (is_one && at_first < 0) return kind(at_first);
+        if (!is_one) at_last = ask(last.column, last.row);
+        unsigned seen = kind_at(at_first, first) | kind_at(at_last, last);
+        if (Raster::are_both(seen)) return seen;
+        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
+        for (Index y = low; y <= high; ++y) {
+            for (Index x = left; x <= right; ++x) {
+                Index known = made(x, y);
                 const auto here = way.from(corner(x, y));
                 if (known >= 0) {
                     seen |= cells_[at(known)].raster.along(here);
                 } else if (Raster::is_met(here)) {
                     seen |= kind(known);
                 }
+                if (Raster::are_both(seen)) return seen;
             }
         }
         return seen;
@@ -255,8 +258,25 @@ class Cells {
                 static_cast<double>(row) * Raster::kSide};
     }
     Point in_raster(Point q, Index column, Index row) const {
-        Point place = in_parts(q), origin = corner(column, row);
-        return {place.x - origin.x, place.y - origin.y};
+        return Spot{in_parts(q), column, row}.in_raster();
+    }
+    // Where a place in the frame is.
+    struct Spot {
+        Point parts;
+        Index column, row;
+
+        Point in_raster() const {
+            Point origin = corner(column, row);
+            return {parts.x - origin.x, parts.y - origin.y};
+        }
+    };
+    Spot spot(Point q) const {
+        Point parts = in_parts(q);
+        auto cell = [](double v, Index n) {
+            return std::min(static_cast<Index>(static_cast<std::uint32_t>(v) / Raster::kSide),
+                            n - 1);
+        };
+        return {parts, cell(parts.x, columns_), cell(parts.y, rows_)};
     }
 
     // A cell, somewhat larger than the places in it: by more than all rounding.
@@ -316,10 +336,9 @@ class Cells {
                : known == kOutside ? Raster::kOutside
                                    : Raster::kEdges;
     }
-    unsigned kind_at(Point q) const {
-        Index x = column(q.x), y = row(q.y), known = known_[place(x, y)];
+    unsigned kind_at(Index known, const Spot& place) const {
         if (known < 0) return kind(known);
-        int told = cells_[at(known)].raster.side(in_raster(q, x, y));
+        int told = cells_[at(known)].raster.side(place.in_raster());
         return told > 0 ? Raster::kInside : told < 0 ? Raster::kOutside : 0;
     }
 

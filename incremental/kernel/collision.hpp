@@ -175,7 +175,7 @@ bool any_contact(Cells& cells, const Segment& s, F&& f) {
 inline bool intersects(Cells& cells, const Segment& s) {
     const Ring& ring = cells.ring();
     if (ring.empty() || !overlap(s.box, ring.node(ring.root()).box)) return false;
-    unsigned seen = cells.along(s.p, s.q, s.box);
+    unsigned seen = cells.along(s.p, s.q);
     if (Raster::are_both(seen)) return true;
     if ((seen & Raster::kEdges) == 0) return false;
     return any_contact(cells, s, [](Index, Index) { return true; });
@@ -285,7 +285,7 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 // Whether a segment lies in the closed object.
 inline bool holds_segment(Cells& cells, const Segment& s) {
     if (cells.ring().empty()) return false;
-    unsigned seen = cells.along(s.p, s.q, s.box);
+    unsigned seen = cells.along(s.p, s.q);
     if ((seen & Raster::kOutside) != 0) return false;
     if (seen == Raster::kInside) return true;
     if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;

@@ -118,15 +118,16 @@ class Raster {
 
     // That of the parts it meets, or until both sides have been seen.
     unsigned along(const Slant& s) const {
-        unsigned seen = 0;
+        std::uint32_t inside = 0, outside = 0, edges = 0;
         trace(s, [&](int r, std::uint32_t met) {
             const Row& row = rows_[at(r)];
-            seen |= (met & row.inside) != 0 ? kInside : 0;
-            seen |= (met & row.clear & ~row.inside) != 0 ? kOutside : 0;
-            seen |= (met & ~row.clear) != 0 ? kEdges : 0;
-            return are_both(seen);
+            inside |= met & row.inside;
+            outside |= met & (row.clear ^ row.inside);
+            edges |= met & ~row.clear;
+            return inside != 0 && outside != 0;
         });
-        return seen;
+        return (inside != 0 ? kInside : 0) | (outside != 0 ? kOutside : 0) |
+               (edges != 0 ? kEdges : 0);
     }
 
     // Whether it meets the square at all.
