@@ -172,14 +172,18 @@ bool any_contact(Cells& cells, const Segment& s, F&& f) {
     return is_all ? found : any_contact(ring, ring.root(), s, f);
 }
 
-inline bool intersects(Cells& cells, const Segment& s) {
-    const Ring& ring = cells.ring();
-    if (ring.empty() || !overlap(s.box, ring.node(ring.root()).box)) return false;
-    unsigned seen = cells.along(s.p, s.q);
-    if (Raster::are_both(seen)) return true;
-    if ((seen & Raster::kEdges) == 0) return false;
-    return any_contact(cells, s, [](Index, Index) { return true; });
-}
+// Whether a segment meets the boundary: as far as rasters tell, and for certain.
+struct Intersects {
+    static std::optional<bool> at_a_glance(Cells& cells, Point p, Point q) {
+        if (cells.ring().empty()) return false;
+        unsigned seen = cells.along(p, q);
+        if (Raster::are_both(seen)) return true;
+        return (seen & Raster::kEdges) == 0 ? std::optional<bool>(false) : std::nullopt;
+    }
+    static bool ask(Cells& cells, const Segment& s) {
+        return any_contact(cells, s, [](Index, Index) { return true; });
+    }
+};
 
 // An edge by its leaf and its place there, and where the segment first meets it.
 struct Hit {
@@ -283,14 +287,25 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 }
 
 // Whether a segment lies in the closed object.
-inline bool holds_segment(Cells& cells, const Segment& s) {
-    if (cells.ring().empty()) return false;
-    unsigned seen = cells.along(s.p, s.q);
-    if ((seen & Raster::kOutside) != 0) return false;
-    if (seen == Raster::kInside) return true;
-    if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;
-    return !any_contact(cells, s,
-                        [&](Index n, Index i) { return leads_out_at(cells.ring(), n, i, s); });
+struct Holds {
+    static std::optional<bool> at_a_glance(Cells& cells, Point p, Point q) {
+        if (cells.ring().empty()) return false;
+        unsigned seen = cells.along(p, q);
+        if ((seen & Raster::kOutside) != 0) return false;
+        return seen == Raster::kInside ? std::optional<bool>(true) : std::nullopt;
+    }
+    static bool ask(Cells& cells, const Segment& s) {
+        if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;
+        return !any_contact(cells, s,
+                            [&](Index n, Index i) { return leads_out_at(cells.ring(), n, i, s); });
+    }
+};
+
+// One of these.
+template <class Question>
+bool tell(Cells& cells, Point p, Point q) {
+    std::optional<bool> told = Question::at_a_glance(cells, p, q);
+    return told ? *told : Question::ask(cells, {p, q});
 }
 
 // ------------------------------------------------------------------ two rings

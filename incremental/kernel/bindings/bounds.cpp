@@ -65,7 +65,7 @@ int holds(Object& object, Point p, Point q, Cut cut, Poll poll) {
     if (apart.lower == kFar || at_p < 0) return at_p;
     if (tree.side(q, cut, poll) < 0) return -1;
     if (!approach.is_exact()) return 0;
-    return holds_segment(object.cells(), {p, q}) ? 1 : -1;
+    return tell<Holds>(object.cells(), p, q) ? 1 : -1;
 }
 
 using Poll = void (*)();

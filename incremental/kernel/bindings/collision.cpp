@@ -2,6 +2,7 @@
 #include "../collision.hpp"
 
 #include <initializer_list>
+#include <numeric>
 
 #include "../order.hpp"
 #include "kernel.hpp"
@@ -23,27 +24,35 @@ struct Ends {
     }
 };
 
-// Calls f(i) for the rows of some columns, along a curve through the places (x, y) in the first
-// two: each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
+// Calls f(i) for some rows of columns, along a curve through the places (x, y) in the first two:
+// each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
 template <class F>
-void along_curve(std::initializer_list<const DoubleArray*> columns, F f) {
+void along_curve(std::initializer_list<const DoubleArray*> columns,
+                 const std::vector<std::size_t>& rows, F f) {
     constexpr std::size_t ahead = 8;
     const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
-    Order order = curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
+    Order order =
+        curve_order(rows.size(), [&](std::size_t i) { return Point{x(rows[i]), y(rows[i])}; });
     for (std::size_t i = 0; i < order.size(); ++i) {
         if (i + ahead < order.size()) {
-            std::size_t next = order[i + ahead];
+            std::size_t next = rows[order[i + ahead]];
             for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
         }
-        f(order[i]);
+        f(rows[order[i]]);
     }
+}
+
+std::vector<std::size_t> all_rows(std::size_t n) {
+    std::vector<std::size_t> rows(n);
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    return rows;
 }
 
 // Calls ask(search, i, place, limit) for many places: each search has a bound from the one before.
 template <class Ask>
 void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
     NearestSearch search(object.ring(), &object.cells());
-    along_curve({&x, &y}, [&](std::size_t i) {
+    along_curve({&x, &y}, all_rows(x.shape(0)), [&](std::size_t i) {
         Point q = {x(i), y(i)};
         std::optional<Point> known = search.vertex();
         double limit = known ? distance(*known, q) : std::numeric_limits<double>::infinity();
@@ -94,31 +103,32 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
                           to_numpy(std::move(ends.stop)));
 }
 
-// Calls f(i, segment) for many segments.
-template <class F>
-void for_segments(DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1, F f) {
-    along_curve({&x0, &y0, &x1, &y1},
-                [&](std::size_t i) { f(i, Segment({x0(i), y0(i)}, {x1(i), y1(i)})); });
-}
-
 // Whether a segment meets the boundary, or is held by the object; None if it is none.
-template <bool (*Ask)(Cells&, const Segment&)>
+template <class Question>
 std::optional<bool> segment_one(Kernel& k, nb::handle x0, nb::handle y0, nb::handle x1,
                                 nb::handle y1) {
     std::optional<Point> p = as_place(x0, y0), q = as_place(x1, y1);
     if (!p || !q) return {};
     auto turn = k.with_ring();
-    return Ask(k.object().cells(), {*p, *q});
+    return tell<Question>(k.object().cells(), *p, *q);
 }
 
-template <bool (*Ask)(Cells&, const Segment&)>
+// Those that a glance does not tell are looked at in the order of a curve.
+template <class Question>
 auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
     std::vector<std::uint8_t> answers(x0.shape(0));
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
-            answers[i] = Ask(k.object().cells(), s);
+        Cells& cells = k.object().cells();
+        std::vector<std::size_t> left;
+        for (std::size_t i = 0; i < answers.size(); ++i) {
+            auto told = Question::at_a_glance(cells, {x0(i), y0(i)}, {x1(i), y1(i)});
+            answers[i] = told.value_or(false);
+            if (!told) left.push_back(i);
+        }
+        along_curve({&x0, &y0, &x1, &y1}, left, [&](std::size_t i) {
+            answers[i] = Question::ask(cells, {{x0(i), y0(i)}, {x1(i), y1(i)}});
         });
     }
     return to_numpy(std::move(answers));
@@ -131,7 +141,8 @@ auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        for_segments(x0, y0, x1, y1, [&](std::size_t i, const Segment& s) {
+        along_curve({&x0, &y0, &x1, &y1}, all_rows(n), [&](std::size_t i) {
+            Segment s({x0(i), y0(i)}, {x1(i), y1(i)});
             Hit hit = Hits(k.object().ring(), s).first(k.object().cells());
             t[i] = hit.t;
             ends.set(i, k.object(), hit.leaf, hit.place);
@@ -186,12 +197,12 @@ void bind_collision(KernelClass& kernel) {
     kernel.def("distance", distance_one, "x"_a.none(), "y"_a.none())
         .def("distance_many", distance_many, "x"_a, "y"_a)
         .def("nearest", nearest, "x"_a, "y"_a)
-        .def("intersects", segment_one<intersects>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
+        .def("intersects", segment_one<Intersects>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
              "y1"_a.none())
-        .def("intersects_many", segment_many<intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
-        .def("holds", segment_one<holds_segment>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
+        .def("intersects_many", segment_many<Intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("holds", segment_one<Holds>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
              "y1"_a.none())
-        .def("holds_many", segment_many<holds_segment>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
+        .def("holds_many", segment_many<Holds>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("first_hit", first_hit, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("crossings", crossings, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("collides", collides, "other"_a)
