@@ -134,7 +134,8 @@ class Model {
             for (Point to : {q, places[i / 2], Point{q.x + 1, q.y - 1}, Point{q.x, q.y + 9},
                              Point{q.x - 0.25, q.y + 0.125}}) {
                 Segment s(q, to);
-                if (tell<Intersects>(cells, s.p, s.q) != any_contact(ring, ring.root(), s, by_tree))
+                if (flintknap::tell<Intersects>(cells, s.p, s.q) !=
+                    any_contact(ring, ring.root(), s, by_tree))
                     fail("another contact");
             }
         }
