@@ -21,11 +21,13 @@
 //                \ .  object    left: of uv and vw both if the ring turns left at v, of one of
 //            u -> v  . . e      them if it turns right; or else they lead out
 //
-// Contacts of a segment in two cells by two are found in their leaves (cells.hpp). Otherwise, and
-// where one of them is crowded, from the top of the tree: a node is passed over if its box has no
-// point in common with that of the segment, or lies on one side of its line beyond all rounding.
-// Two rings descend together, the larger node first; if none of their edges meet, one object holds
-// the other or they are apart, which any one vertex tells.
+// A glance at the cells tells most short segments: of two ends, or of the way between them, clear
+// parts are inside and outside, or all are on one side (raster.hpp). Other contacts of a segment in
+// two cells by two are found in their leaves (cells.hpp). If it is longer, and where one is
+// crowded, from the top of the tree: a node is passed over if its box has no point in common with
+// that of the segment, or lies on one side of its line beyond all rounding. Two rings descend
+// together, the larger node first; if none of their edges meet, one object holds the other or they
+// are apart, which any one vertex tells.
 //
 // Cost: the boxes that meet the segment; of two rings, the pairs of boxes that do.
 #pragma once
