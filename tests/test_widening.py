@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +19,11 @@ from flintknap import reference, widening
 relentless = settings(deadline=None, max_examples=300)
 
 depths = st.sampled_from([-1.0, -1.0, -0.5, -0.2, -0.05, -1e-9, 0.0])
+
+# A room about 0 with five blades: of each edge between two of them the far end is hidden by the
+# next blade, but for 2 -> 7, the nearest. Past 7 there is a gap to another room, in which 1 lies.
+SPIRAL = """93,132 99,283 157,124 95,181 31,139 75,100 130,85 168,259 0,142 20,0 149,61 174,122
+821,149 243,444 83,293 749,720 482,289 202,492 40,312"""
 
 LOCKED = np.array([(0, 0), (1, 1), (2, 1), (2, 5), (3, 0), (3, 2), (5, 0)], np.float64)
 
@@ -197,6 +203,40 @@ def test_a_pinwheel_does_not_lock(rays):
         xy = np.array([(0, 0), *rays, *bent], np.float64)
         judge(engine := built(xy))
         assert engine.boundary().status == "closed"
+
+
+def wholly_visible(xy, boundary, k):
+    """The edges of the boundary that k sees whole, with no other point in between; by GEOS."""
+    room, seen = shapely.Polygon(boundary.xy), []
+    for i, j in zip(boundary.ids.tolist(), np.roll(boundary.ids, -1).tolist(), strict=True):
+        triangle, others = shapely.Polygon(xy[[i, j, k]]), np.delete(xy, [i, j, k], axis=0)
+        if (
+            oracles.orient(xy[i], xy[j], xy[k]) > 0
+            and room.covers(triangle)
+            and not shapely.intersects_xy(triangle, *others.T).any()
+        ):
+            seen.append((i, j))
+    return seen
+
+
+def test_a_pinwheel_that_widening_makes_is_locked():
+    """0 sees one edge whole; 1 is taken through it, and now each hides an end of the next."""
+    xy = np.array([point.split(",") for point in SPIRAL.split()], np.float64)
+    before = built(xy, 0.0).boundary()
+    assert before.inside.tolist() == [0, 1]
+    assert (2, 7) in wholly_visible(xy, before, 0)
+    judge(engine := built(xy))
+    boundary = engine.boundary()
+    assert (boundary.status, boundary.inside.tolist()) == ("locked", [0])
+    assert reference.widen(xy).captures == [(2, 7, 1)]
+    assert wholly_visible(xy, boundary, 0) == []
+    assert engine.side(*xy[0]) == 1
+    engine.remove(1)  # and without it 0 is free
+    judge(engine)
+    assert engine.boundary().status == "closed"
+    engine.insert(*xy[1])
+    engine.check()
+    assert engine.boundary().xy.tolist() == boundary.xy.tolist()
 
 
 def test_snapshots_keep_the_limit_and_go_on(tmp_path):
