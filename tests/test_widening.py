@@ -180,6 +180,9 @@ def test_locked_and_widened():
     assert (locked.ids.tolist(), locked.inside.tolist()) == ([0, 4, 6, 5, 3, 1], [2])
     widened = built(LOCKED).boundary()
     assert (widened.ids.tolist(), widened.status, widened.d) == ([0, 2, 4, 6, 5, 3, 1], "closed", 0)
+    between = (1.8, 0.5)  # in the triangle that went
+    assert (built(LOCKED, 0.0).side(*between), built(LOCKED).side(*between)) == (1, -1)
+    assert (built(LOCKED, 0.0).side(2.0, 1.0), built(LOCKED).side(2.0, 1.0)) == (1, 0)
 
 
 def test_a_limit_on_the_way_leaves_the_point_inside():
@@ -274,10 +277,21 @@ def noisy(n, spacings):
     return xy + np.random.default_rng(1).normal(0, spacings * 8 / n, xy.shape)
 
 
+def coast(n):
+    """A hexagon each edge of which is broken aside, again and again."""
+    rng, line = np.random.default_rng(n), np.exp(2j * np.pi * np.arange(6) / 6)
+    while len(line) < n:
+        step = np.roll(line, -1) - line
+        broken = line + step / 2 + 0.5j * rng.uniform(-1, 1, len(line)) * step
+        line = np.column_stack((line, broken)).ravel()
+    return np.column_stack((line.real, line.imag))
+
+
 HARD = {
     "uniform": lambda n: np.random.default_rng(n).random((n, 2)),
     "noise of half a spacing": lambda n: noisy(n, 0.5),
     "noise of three spacings": lambda n: noisy(n, 3.0),
+    "coast": coast,
     "spiral": spiral,
     "combs": combs,
     "grid": lambda n: np.argwhere(np.ones((round(n**0.5),) * 2)).astype(float),
