@@ -22,8 +22,8 @@ depths = st.sampled_from([-1.0, -1.0, -0.5, -0.2, -0.05, -1e-9, 0.0])
 
 # A room about 0 with five blades: of each edge between two of them the far end is hidden by the
 # next blade, but for 2 -> 7, the nearest. Past 7 there is a gap to another room, in which 1 lies.
-SPIRAL = """93,132 99,283 157,124 95,181 31,139 75,100 130,85 168,259 0,142 20,0 149,61 174,122
-821,149 243,444 83,293 749,720 482,289 202,492 40,312"""
+SPIRAL = """69,87 77,188 114,80 72,124 23,93 54,63 95,51 120,173 0,96 16,0 106,36 127,78 69,197
+403,383 41,217"""
 
 LOCKED = np.array([(0, 0), (1, 1), (2, 1), (2, 5), (3, 0), (3, 2), (5, 0)], np.float64)
 
