@@ -10,6 +10,7 @@ surroundings, and the same code makes the same files.
     figure9    from a polygon to its smooth curve, by way of the control polygon
     spectrum   the gamma-spectrum, from the void to the complete graph
     widening   a set whose constriction locks, and the same widened
+    pinwheel   a set that widening locks, before and after
 """
 
 from __future__ import annotations
@@ -64,6 +65,11 @@ FLINT = [
     (0, 40), (5, 18), (26, 5), (52, 11), (74, 0), (100, 14), (128, 19), (153, 38), (124, 47),
     (104, 63), (76, 60), (52, 76), (24, 71), (6, 60),
 ]
+# The first is left inside when the second has been reached.
+SPIRAL = [
+    (69, 87), (77, 188), (114, 80), (72, 124), (23, 93), (54, 63), (95, 51), (120, 173), (0, 96),
+    (16, 0), (106, 36), (127, 78), (69, 197), (403, 383), (41, 217),
+]
 # fmt: on
 
 
@@ -91,6 +97,7 @@ def pictures() -> dict[str, str]:
         "figure9": figure9(),
         "spectrum": spectrum(),
         "widening": widening(),
+        "pinwheel": pinwheel(),
     }
 
 
@@ -201,6 +208,15 @@ def widening() -> str:
         caption = f"d = {ring.d:.2f}: {len(ring.inside)} of {len(made)} points inside"
         panels.append(Panel(shown(made, "points,boundary"), [caption.replace("-", "−")]))
     return figure("Constriction that locks, and the same widened", panels, width=440)
+
+
+def pinwheel() -> str:
+    """Return a spiral that one edge of widening closes."""
+    panels = []
+    for d_min, caption in ((0.0, "locked, two points inside"), (-1.0, "one of them reached")):
+        made = engine(SPIRAL, d_min)
+        panels.append(Panel(shown(made, "graph,points,boundary"), [caption]))
+    return figure("A pinwheel that widening makes", panels, width=440)
 
 
 def engine(points: object, d_min: float = -1.0) -> fk.Engine:

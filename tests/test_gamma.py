@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import flintknap as fk
 import oracles
+import programs
 import strategies
 from flintknap import reference
 
@@ -331,6 +332,11 @@ def test_a_circle_that_is_not_quite_one():
         assert gamma0 == -gamma1
         assert reference.gamma(xy, 0, 1) == (gamma0, gamma1)
         assert ((0, 1) in rows(built(xy).edges("delaunay"))) == is_edge
+
+
+@programs.needs_a_compiler
+def test_rows_are_sorted_whatever_the_ids(tmp_path):
+    programs.passes("rows.cpp", tmp_path)
 
 
 # ------------------------------------------------------------------ the border

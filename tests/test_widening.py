@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +19,11 @@ from flintknap import reference, widening
 relentless = settings(deadline=None, max_examples=300)
 
 depths = st.sampled_from([-1.0, -1.0, -0.5, -0.2, -0.05, -1e-9, 0.0])
+
+# A room about 0 with five blades: of each edge between two of them the far end is hidden by the
+# next blade, but for 2 -> 7, the nearest. Past 7 there is a gap to another room, in which 1 lies.
+SPIRAL = """69,87 77,188 114,80 72,124 23,93 54,63 95,51 120,173 0,96 16,0 106,36 127,78 69,197
+403,383 41,217"""
 
 LOCKED = np.array([(0, 0), (1, 1), (2, 1), (2, 5), (3, 0), (3, 2), (5, 0)], np.float64)
 
@@ -174,6 +180,9 @@ def test_locked_and_widened():
     assert (locked.ids.tolist(), locked.inside.tolist()) == ([0, 4, 6, 5, 3, 1], [2])
     widened = built(LOCKED).boundary()
     assert (widened.ids.tolist(), widened.status, widened.d) == ([0, 2, 4, 6, 5, 3, 1], "closed", 0)
+    between = (1.8, 0.5)  # in the triangle that went
+    assert (built(LOCKED, 0.0).side(*between), built(LOCKED).side(*between)) == (1, -1)
+    assert (built(LOCKED, 0.0).side(2.0, 1.0), built(LOCKED).side(2.0, 1.0)) == (1, 0)
 
 
 def test_a_limit_on_the_way_leaves_the_point_inside():
@@ -197,6 +206,40 @@ def test_a_pinwheel_does_not_lock(rays):
         xy = np.array([(0, 0), *rays, *bent], np.float64)
         judge(engine := built(xy))
         assert engine.boundary().status == "closed"
+
+
+def wholly_visible(xy, boundary, k):
+    """The edges of the boundary that k sees whole, with no other point in between; by GEOS."""
+    room, seen = shapely.Polygon(boundary.xy), []
+    for i, j in zip(boundary.ids.tolist(), np.roll(boundary.ids, -1).tolist(), strict=True):
+        triangle, others = shapely.Polygon(xy[[i, j, k]]), np.delete(xy, [i, j, k], axis=0)
+        if (
+            oracles.orient(xy[i], xy[j], xy[k]) > 0
+            and room.covers(triangle)
+            and not shapely.intersects_xy(triangle, *others.T).any()
+        ):
+            seen.append((i, j))
+    return seen
+
+
+def test_a_pinwheel_that_widening_makes_is_locked():
+    """0 sees one edge whole; 1 is taken through it, and now each hides an end of the next."""
+    xy = np.array([point.split(",") for point in SPIRAL.split()], np.float64)
+    before = built(xy, 0.0).boundary()
+    assert before.inside.tolist() == [0, 1]
+    assert (2, 7) in wholly_visible(xy, before, 0)
+    judge(engine := built(xy))
+    boundary = engine.boundary()
+    assert (boundary.status, boundary.inside.tolist()) == ("locked", [0])
+    assert reference.widen(xy).captures == [(2, 7, 1)]
+    assert wholly_visible(xy, boundary, 0) == []
+    assert engine.side(*xy[0]) == 1
+    engine.remove(1)  # and without it 0 is free
+    judge(engine)
+    assert engine.boundary().status == "closed"
+    engine.insert(*xy[1])
+    engine.check()
+    assert engine.boundary().xy.tolist() == boundary.xy.tolist()
 
 
 def test_snapshots_keep_the_limit_and_go_on(tmp_path):
@@ -234,10 +277,21 @@ def noisy(n, spacings):
     return xy + np.random.default_rng(1).normal(0, spacings * 8 / n, xy.shape)
 
 
+def coast(n):
+    """A hexagon each edge of which is broken aside, again and again."""
+    rng, line = np.random.default_rng(n), np.exp(2j * np.pi * np.arange(6) / 6)
+    while len(line) < n:
+        step = np.roll(line, -1) - line
+        broken = line + step / 2 + 0.5j * rng.uniform(-1, 1, len(line)) * step
+        line = np.column_stack((line, broken)).ravel()
+    return np.column_stack((line.real, line.imag))
+
+
 HARD = {
     "uniform": lambda n: np.random.default_rng(n).random((n, 2)),
     "noise of half a spacing": lambda n: noisy(n, 0.5),
     "noise of three spacings": lambda n: noisy(n, 3.0),
+    "coast": coast,
     "spiral": spiral,
     "combs": combs,
     "grid": lambda n: np.argwhere(np.ones((round(n**0.5),) * 2)).astype(float),

@@ -49,6 +49,8 @@ struct Candidate {
 
 struct Sighting {
     Index of, from;
+    bool operator<(const Sighting& o) const { return of != o.of ? of < o.of : from < o.from; }
+    bool operator==(const Sighting& o) const { return of == o.of && from == o.from; }
 };
 
 struct Cluster {
@@ -58,7 +60,7 @@ struct Cluster {
     std::vector<Index> triangles;     // that the members' searches passed through
     std::vector<Index> rim;           // half-edges of these on the ring, sorted
     std::vector<Index> covered;       // triangles that the captured ones overlap
-    std::vector<Sighting> sightings;  // locked vertices, and which member sees them
+    std::vector<Sighting> sightings;  // locked vertices, and which member sees them; sorted
     bool is_enrolled = false, is_linked = false;
     // Until all clusters are settled: members who have not begun to search, windows that are yet to
     // be looked through, and candidates over edges that the constriction has left.
@@ -68,6 +70,17 @@ struct Cluster {
     std::vector<Candidate> found;
 
     bool is_left() const { return captures.size() < members.size(); }
+
+    // Calls f for each vertex that a member sees, once.
+    template <class F>
+    void each_seen(F f) const {
+        Index last = kNone;
+        for (Sighting each : sightings) {
+            if (each.of != last) f(each.of);
+            last = each.of;
+        }
+    }
+
     std::size_t bytes() const {
         return (members.capacity() + triangles.capacity() + rim.capacity() + covered.capacity()) *
                    sizeof(Index) +
@@ -92,7 +105,8 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-inline void make_unique(std::vector<Index>& values) {
+template <class T>
+void make_unique(std::vector<T>& values) {
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
 }
@@ -130,6 +144,7 @@ class Captor {
         append(c.ahead, frontier_.items());
         c.is_known = true;
         make_unique(c.triangles);
+        make_unique(c.sightings);
         const Mesh& m = t_.mesh();
         for (Index x : c.triangles) {
             for (Index h = 3 * x; h < 3 * x + 3; ++h) {

@@ -2,7 +2,8 @@
 //
 // Theory. Three kinds of pairs are looked for, each only if the intervals can hold some of it:
 //
-//   edges    of the triangulation: gamma1 >= 0, and the values are read off.
+//   edges    of the triangulation: gamma1 >= 0, and the values are read off. gamma0 is the smaller
+//            of the two sides, gamma1 the larger one.
 //   chords   of cells: triangles on one circle make up a polygon, of which the triangulation has
 //            some diagonals, but every pair of its corners has gamma1 = -gamma0 >= 0.
 //   the far  with gamma1 < 0, if gamma1 may be down to d < 0. From each site v triangles are
@@ -29,19 +30,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "gamma.hpp"
-#include "large.hpp"
+#include "rows.hpp"
 
 namespace flintknap {
-
-// Two slots, or other numbers of sites. Not initialised, like all of a Large array of them.
-struct Slots {
-    Index first, second;
-};
 
 class Spectrum {
    public:
@@ -50,7 +49,7 @@ class Spectrum {
 
     // Each pair once, in no order. `poll` is called now and then and may throw to interrupt.
     template <class Poll>
-    Large<Slots> pairs(Poll poll) {
+    Large<Couple> pairs(Poll poll) {
         if (t_.is_flat()) {
             collect_neighbours();
         } else {
@@ -80,103 +79,142 @@ class Spectrum {
     }
 
     // ---------------------------------------------------------------- edges
-    // Those of a few triangles at a time: first which, each from the second of its triangles, then
-    // what they are, so that no branch depends on either. What is rounded to floats decides if it
-    // is clear of every bound.
+    // Each is judged when the second of its triangles comes, by both sides rounded to floats if
+    // these are clear of every bound. Those of a few triangles at a time: first what the triangles
+    // see, then which edges, then what they are, so that no branch depends on either, and what
+    // lies elsewhere is there when it is needed.
     template <class Poll>
     void collect_edges(Poll& poll) {
         constexpr Index few = 128;
         const Mesh& m = t_.mesh();
-        const bool chords = may_hold_chords();
-        const Judge judge(gamma0_, gamma1_);
-        std::array<Index, 3 * few> edges;
+        const Judge judge(gamma0_, gamma1_, may_hold_chords());
+        const Index triangles = m.triangles();
+        Large<float> sides(at(3 * triangles));  // what triangles see, by half-edge
+        Index halves[3 * few];
+        Couple ends[3 * few];
+        float here[3 * few] = {}, beyond[3 * few] = {};
+        std::uint32_t is_in[3 * few];
         found_.reserve(at(3 * t_.size()));
-        for (Index first = 0; first < m.triangles(); first += few) {
+        for (Index first = 0; first < triangles; first += few) {
             if (first % (512 * few) == 0) poll();
+            Index stop = std::min(first + few, triangles);
+            for (Index h = 3 * stop; h < 3 * std::min(stop + few, triangles); ++h) {
+                __builtin_prefetch(t_.sites().data() + m.origin(h));
+            }
             std::size_t count = 0;
-            for (Index x = first; x < std::min(first + few, m.triangles()); ++x) {
+            auto list = [&](Index h, Index a, Index b) {
+                Index o = m.twin(h);
+                __builtin_prefetch(sides.data() + o);
+                halves[count] = h;
+                ends[count] = {a, b};
+                count += o < h;
+            };
+            for (Index x = first; x < stop; ++x) {
                 if (m.is_free(x)) continue;
-                for (Index h = 3 * x; h < 3 * x + 3; ++h) {
-                    edges[count] = h;
-                    count += m.twin(h) < h;
+                if (m.is_ghost(x)) {
+                    Index h = m.hull_edge(x);
+                    sides[at(h)] = kInfiniteFloat;
+                    list(h, m.origin(h), m.target(h));
+                } else {
+                    Index h = 3 * x, a = m.origin(h), b = m.origin(h + 1), c = m.origin(h + 2);
+                    estimate(t_.site(a), t_.site(b), t_.site(c), &sides[at(h)]);
+                    list(h, a, b);
+                    list(h + 1, b, c);
+                    list(h + 2, c, a);
                 }
             }
+            for (std::size_t n = 0; n < count; ++n) {
+                here[n] = sides[at(halves[n])];
+                beyond[n] = sides[at(m.twin(halves[n]))];
+            }
+            for (std::size_t n = 0; n < count; n += 4) judge(here + n, beyond + n, is_in + n);
             std::size_t size = found_.size();
             found_.resize(size + count);
             for (std::size_t n = 0; n < count; ++n) {
-                Index h = edges[n], o = m.twin(h), a = m.origin(h), b = m.origin(o);
-                if (a == kGhost || b == kGhost) continue;
-                float c = estimate(a, b, m.apex(h)), d = estimate(b, a, m.apex(o));
-                Verdict verdict = judge(c, d);
-                if (verdict == Verdict::unsure) {
-                    verdict = admits(facing_edge(t_, h)) ? Verdict::yes : Verdict::no;
-                }
-                found_[size] = {a, b};
-                size += verdict == Verdict::yes;
-                if (chords && !Judge::is_above(c, -d) && on_circle(h)) seeds_.push_back(h);
+                if (is_in[n] == kUnsure) is_in[n] = judge_exactly(halves[n]);
+                found_[size] = ends[n];
+                size += is_in[n];
             }
             found_.resize(size);
         }
     }
 
-    // The cotangent of the angle under which c sees ab, off by 2^-24 of itself and 2^-28 at most;
-    // not a number if the angle is too flat for that, below 1/1000. Else dot and cross are off by
-    // 2^-51 of the sides' product, which is 2^10 crosses at most.
-    float estimate(Index a, Index b, Index c) const {
-        if (c == kGhost) return std::numeric_limits<float>::infinity();
-        Point from = t_.site(a), to = t_.site(b), apex = t_.site(c);
-        double ux = from.x - apex.x, uy = from.y - apex.y, vx = to.x - apex.x, vy = to.y - apex.y;
-        double dot = ux * vx + uy * vy, cross = ux * vy - uy * vx;
-        return std::fabs(dot) < 1000 * cross ? static_cast<float>(dot / cross)
-                                             : std::numeric_limits<float>::quiet_NaN();
+    // The cotangents of the angles opposite ab, bc and ca, off by 2^-23 of themselves and 2^-30 at
+    // most. With P the product of the sides at a corner, dot and cross there are off by 2^-51 P;
+    // and P is 2^20 crosses at most, or else these are no numbers.
+    static void estimate(Point a, Point b, Point c, float* sides) {
+        double abx = b.x - a.x, aby = b.y - a.y, bcx = c.x - b.x, bcy = c.y - b.y;
+        double cax = a.x - c.x, cay = a.y - c.y;
+        double cross = cax * aby - cay * abx, limit = 0x1p20 * cross, scale = -1 / cross;
+        double at_a = cax * abx + cay * aby, at_b = abx * bcx + aby * bcy,
+               at_c = bcx * cax + bcy * cay;
+        bool fine =
+            (std::fabs(at_a) < limit) & (std::fabs(at_b) < limit) & (std::fabs(at_c) < limit);
+        if (!fine) scale = std::numeric_limits<double>::quiet_NaN();
+        sides[0] = static_cast<float>(at_c * scale);
+        sides[1] = static_cast<float>(at_a * scale);
+        sides[2] = static_cast<float>(at_b * scale);
     }
 
-    enum class Verdict : unsigned char { no, yes, unsure };
+    static constexpr float kInfiniteFloat = std::numeric_limits<float>::infinity();
+    static constexpr std::uint32_t kUnsure = 2;  // neither 0, out, nor 1, in
 
-    // Judges by such floats.
+    // Judges by such floats, four edges at a time. gamma0 belongs to the smaller one: if it is
+    // below 0, the other is no smaller in magnitude, for the edge is Delaunay.
     class Judge {
        public:
-        Judge(Interval gamma0, Interval gamma1)
-            : either_order_(gamma0 == gamma1), first_(gamma0), second_(gamma1) {}
+        Judge(Interval gamma0, Interval gamma1, bool seeks_circles)
+            : first_(gamma0), second_(gamma1), least_(seeks_circles ? 0 : -kInfiniteFloat) {}
 
-        Verdict operator()(float c, float d) const {
-            if (!either_order_) {
-                float p = std::fabs(c), q = std::fabs(d);
-                bool is_ordered = is_above(q, p);
-                if (!is_ordered && !is_above(p, q)) {
-                    return first_.beyond(c) & first_.beyond(d) ? Verdict::no : Verdict::unsure;
-                }
-                if (!is_ordered) std::swap(c, d);
-            }
-            bool yes = first_.within(c) & second_.within(d);
-            bool no = first_.beyond(c) | second_.beyond(d);
-            return static_cast<Verdict>(yes | !(yes | no) << 1);  // no branch
+        void operator()(const float* here, const float* beyond, std::uint32_t* is_in) const {
+            Four c, d;
+            std::memcpy(&c, here, sizeof c);
+            std::memcpy(&d, beyond, sizeof d);
+            Flags is_less = c < d;
+            Four low = chosen(is_less, c, d), high = chosen(is_less, d, c);
+            // numbers, and clear of a circle through all four corners if those are sought
+            Flags clear = low + high > slack(low) + least_;
+            Flags yes = clear & first_.within(low) & second_.within(high);
+            Flags no = clear & (first_.beyond(low) | second_.beyond(high));
+            Flags verdict = (yes & 1) | (~(yes | no) & static_cast<std::int32_t>(kUnsure));
+            std::memcpy(is_in, &verdict, sizeof verdict);
         }
 
-        static bool is_above(float c, float d) { return c > d + slack(d); }
-
        private:
+        using Four = float __attribute__((vector_size(16)));
+        using Flags = std::int32_t __attribute__((vector_size(16)));  // all bits or none
+
+        static Four chosen(Flags where, Four yes, Four no) {
+            return Four((where & Flags(yes)) | (~where & Flags(no)));
+        }
         static float slack(float c) { return 0x1p-20f * std::fabs(c) + 0x1p-24f; }
+        static Four slack(Four c) { return 0x1p-20f * Four(Flags(c) & INT32_MAX) + 0x1p-24f; }
 
         // The interval shrunk and grown by more than the floats may be off.
         struct Bounds {
-            float low_in, low_out, high_in, high_out;
+            Four low_in, low_out, high_in, high_out;
             explicit Bounds(Interval i)
                 : low_in(moved(i.low, 1)),
                   low_out(moved(i.low, -1)),
                   high_in(moved(i.high, -1)),
                   high_out(moved(i.high, 1)) {}
-            static float moved(double bound, float direction) {
-                float nearest = static_cast<float>(std::max(-1e30, std::min(1e30, bound)));
-                return std::isinf(bound) ? static_cast<float>(bound)
-                                         : nearest + direction * slack(nearest);
+            static Four moved(double bound, float direction) {
+                float v = static_cast<float>(std::max(-1e30, std::min(1e30, bound)));
+                v = std::isinf(bound) ? static_cast<float>(bound) : v + direction * slack(v);
+                return Four{v, v, v, v};
             }
-            bool within(float cot) const { return (cot >= low_in) & (cot <= high_in); }
-            bool beyond(float cot) const { return (cot < low_out) | (cot > high_out); }
+            Flags within(Four cot) const { return (cot >= low_in) & (cot <= high_in); }
+            Flags beyond(Four cot) const { return (cot < low_out) | (cot > high_out); }
         };
-        bool either_order_;
         Bounds first_, second_;
+        float least_;
     };
+
+    // Whether an edge is in; notes one between triangles of one circle.
+    bool judge_exactly(Index h) {
+        if (may_hold_chords() && on_circle(h)) seeds_.push_back(h);
+        return admits(facing_edge(t_, h));
+    }
 
     // ---------------------------------------------------------------- chords
     // Whether there is a v >= 0, but finite, with -v in gamma0's interval and v in gamma1's.
@@ -308,7 +346,7 @@ class Spectrum {
 
     const Triangulation& t_;
     Interval gamma0_, gamma1_;
-    Large<Slots> found_;
+    Large<Couple> found_;
     std::vector<Index> seeds_;  // half-edges between triangles of one circle
     std::vector<Index> pending_;
     // The search from a site: the ways so far, and by triangle and by site the last search that
@@ -316,58 +354,5 @@ class Spectrum {
     std::vector<Step> steps_;
     std::vector<Index> entered_, seen_;
 };
-
-// Ascending; there are a few as a rule.
-inline void sort_few(Index* begin, Index* end) {
-    if (end - begin > 24) return std::sort(begin, end);
-    for (Index* i = begin; i < end; ++i) {
-        Index value = *i, *gap = i;
-        for (; gap > begin && gap[-1] > value; --gap) *gap = gap[-1];
-        *gap = value;
-    }
-}
-
-// The pairs as rows of two ids, the smaller one first, in ascending order; `rank` tells the place
-// of a slot's id among all `ids`, which ascend. First into blocks by the smaller one, so that all
-// that follows stays in the cache; each block by counting; then the few of each id. O(n + m).
-inline Large<std::int64_t> canonical(Large<Slots> pairs, const std::vector<Index>& rank,
-                                     const std::vector<std::int64_t>& ids) {
-    constexpr int bits = 10;
-    constexpr std::size_t block = 1 << bits;
-    std::vector<std::size_t> end((ids.size() >> bits) + 2, 0);
-    for (Slots& p : pairs) {
-        auto [low, high] = std::minmax(rank[at(p.first)], rank[at(p.second)]);
-        p = {low, high};
-        ++end[at(p.first >> bits) + 1];
-    }
-    for (std::size_t n = 1; n < end.size(); ++n) end[n] += end[n - 1];
-    Large<Slots> blocked(pairs.size());
-    for (const Slots& p : pairs) blocked[end[at(p.first >> bits)]++] = p;
-    Large<Slots>().swap(pairs);
-
-    Large<std::int64_t> rows(2 * blocked.size());
-    std::int64_t* row = rows.data();
-    std::vector<Index> partner;
-    std::size_t begin = 0;
-    for (std::size_t first = 0; first < ids.size(); first += block) {
-        std::size_t stop = end[first >> bits];
-        std::array<std::size_t, block + 1> last{};
-        for (std::size_t k = begin; k < stop; ++k) ++last[at(blocked[k].first) - first + 1];
-        for (std::size_t a = 1; a <= block; ++a) last[a] += last[a - 1];
-        partner.resize(stop - begin);
-        for (std::size_t k = begin; k < stop; ++k) {
-            partner[last[at(blocked[k].first) - first]++] = blocked[k].second;
-        }
-        for (std::size_t a = 0, k = 0; k < partner.size(); ++a) {
-            sort_few(partner.data() + k, partner.data() + last[a]);
-            for (; k < last[a]; ++k) {
-                *row++ = ids[first + a];
-                *row++ = ids[at(partner[k])];
-            }
-        }
-        begin = stop;
-    }
-    return rows;
-}
 
 }  // namespace flintknap

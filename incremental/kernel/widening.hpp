@@ -204,7 +204,7 @@ class Widening {
         const Cluster& c = cluster(id);
         for (Index x : c.covered) covered_.collect(x, near);
         for (Index v : c.members) sighted_.collect(v, near);
-        for (Sighting each : c.sightings) cluster_of_.collect(each.of, near);
+        c.each_seen([&](Index v) { cluster_of_.collect(v, near); });
         make_unique(near);
         for (Index other : near) {
             const Cluster& o = cluster(other);
@@ -248,7 +248,7 @@ class Widening {
         for (Index v : c.members) cluster_of_.add(v, id);
         for (Index x : c.triangles) passed_.add(x, id);
         for (Index x : c.covered) covered_.add(x, id);
-        for (Sighting each : c.sightings) sighted_.add(each.of, id);
+        c.each_seen([&](Index v) { sighted_.add(v, id); });
     }
 
     // Undoes that.
@@ -259,7 +259,7 @@ class Widening {
         for (Index v : c.members) cluster_of_.remove(v, id);
         for (Index x : c.triangles) passed_.remove(x, id);
         for (Index x : c.covered) covered_.remove(x, id);
-        for (Sighting each : c.sightings) sighted_.remove(each.of, id);
+        c.each_seen([&](Index v) { sighted_.remove(v, id); });
     }
 
     // Its captures are those of the ring. Only of clusters that do not meet: two that do may both

@@ -32,13 +32,10 @@ auto edges(Kernel& k, double low0, double high0, double low1, double high1) {
     k.at_length([&](auto poll) {
         const Triangulation& t = k.object().triangulation();
         Spectrum spectrum(t, Interval::of_values(low0, high0), Interval::of_values(low1, high1));
-        Large<Slots> pairs = spectrum.pairs(poll);
-        std::vector<std::int64_t> ids = points.ids();
-        std::vector<Index> rank(at(t.slots()));
-        for (std::size_t n = 0; n < ids.size(); ++n) {
-            rank[at(points.slot(points.find(ids[n])))] = static_cast<Index>(n);
-        }
-        rows = canonical(std::move(pairs), rank, ids);
+        Large<Couple> pairs = spectrum.pairs(poll);
+        Numbers numbers(points.ids(), t.slots(),
+                        [&](std::int64_t id) { return points.slot(points.find(id)); });
+        rows = sorted_rows(std::move(pairs), numbers);
     });
     return to_numpy(std::move(rows), 2);
 }
