@@ -63,7 +63,15 @@ _event = msgspec.json.Decoder(Event)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Inserts:
-    """Inserts of one ``object``, in their order: float64 arrays, (n,) each, of their fields."""
+    """Inserts of one object, in their order; their length is their number.
+
+    Attributes:
+        object: its name.
+        t: when each point was seen, float64 (n,).
+        x: where, float64 (n,).
+        y: where, float64 (n,).
+
+    """
 
     object: str
     t: NDArray[np.float64]

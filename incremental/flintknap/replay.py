@@ -1,8 +1,9 @@
 """Replay: the events of a log, in their order, applied to one engine for each object.
 
 Theory of operation. Inserts wait, object by object, until their object is asked or the block of
-events ends; then they enter its engine together. An engine answers alike however its points were
-batched, so nobody can tell, and a million inserts of one object make a few hundred calls.
+events ends; then they enter its engine together, or at once if the block is nothing else and has
+them as arrays. An engine answers alike however its points were batched, so nobody can tell, and a
+million inserts of one object make a few hundred calls.
 
 Windows. With a window, each object has one of its own (window.py), and its time is that of its own
 events, queries included. What has expired leaves before a query, a removal or a move, and at the
@@ -18,9 +19,9 @@ itself. What is passed over must be well-formed, but the magnitudes of its numbe
 Contacts. If asked for, they are looked at whenever an event has another time than the one before:
 then its objects are brought up to date (scene.py), which costs what the engines and scene take.
 
-Cost. Beyond reading and the engine, 0.15 us an insert when a block is about one object alone, and
-about 1 us when it is about hundreds; a removal or a move, a call each; with a window 5 us an
-insert. Memory: the engines, their windows and one block.
+Cost. Beyond reading and the engine, 0.01 us an insert of a block that has arrays, 0.3 us of others
+that are about one object, and about 1 us when they are about hundreds; a removal or a move, a call
+each; with a window 5 us an insert. Memory: the engines, their windows and one block.
 
 Refuses what log.py and the engines refuse, with file and line where there is a file. What came
 before in other blocks has been applied and answered by then.
