@@ -149,10 +149,10 @@ class Captures {
     const Triangulation& t_;
     Forest forest_;
     // By triangle: the event that removed it, or kNone; the root of a ghost.
-    std::vector<Index> event_of_;
-    std::vector<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
-    std::vector<Index> following_;  // by vertex on the ring: the next one along it
-    Index left_inside_ = 0;         // vertices without a holder
+    Array<Index> event_of_;
+    Array<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
+    Array<Index> following_;  // by vertex on the ring: the next one along it
+    Index left_inside_ = 0;   // vertices without a holder
 
    private:
     Opening opening(Index edge) const {
