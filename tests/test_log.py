@@ -140,13 +140,117 @@ def test_a_log_may_still_be_growing():
     try:
         blocks = log.read(f"/dev/fd/{source}")
         os.write(sink, HEADER + INSERT * 2 + INSERT[:9])
-        assert next(blocks) == (2, [Insert(t=0.5, x=1.0, y=2.0)] * 2, len(HEADER + INSERT * 2) + 9)
-        os.write(sink, INSERT[9:] + INSERT)
-        assert next(blocks) == (4, [Insert(t=0.5, x=1.0, y=2.0)] * 2, len(HEADER + INSERT * 4))
+        for line in (2, 4):
+            block = next(blocks)
+            assert block.line == line
+            assert block.events == [Insert(t=0.5, x=1.0, y=2.0)] * 2
+            assert block.position == len(HEADER) + line * len(INSERT) + (9 if line == 2 else 0)
+            os.write(sink, INSERT[9:] + INSERT if line == 2 else b"")
         os.close(sink)
         assert next(blocks, None) is None
     finally:
         os.close(source)
+
+
+# ---------------------------------------------------------------------- inserts as arrays
+def arrays(text):
+    """What a block has as arrays, as events; None if it has none."""
+    inserts = log._inserts(text)
+    if inserts is None:
+        return None
+    columns = (inserts.t.tolist(), inserts.x.tolist(), inserts.y.tolist())
+    return [Insert(t=t, object=inserts.object, x=x, y=y) for t, x, y in zip(*columns, strict=True)]
+
+
+def decoded(text):
+    """The same by the decoder, line by line; None if it refuses one."""
+    try:
+        return list(map(log._event.decode, text.split(b"\n")))
+    except log.UNREADABLE:
+        return None
+
+
+TEMPLATES = [
+    '{"op":"insert","t":%s,"object":"hull","x":%s,"y":%s}',
+    '{"op":"insert","t":%s,"x":%s,"y":%s}',
+    ' {"y": %s, "x": %s , "op": "insert", "object": "1 \\" -2", "t": %s}\t',
+    '{"object":"x","x":%s,"op":"insert","t":%s,"y":%s}\r',
+    '{"op":"insert","object":"\\u0078hülle\\\\","y":%s,"t":%s,"x":%s}',
+]
+usual = st.floats(1e-5, 1e15) | st.floats(-1e15, -1e-5) | st.integers(-(10**15), 10**15)
+
+
+@given(st.sampled_from(TEMPLATES), st.lists(st.tuples(usual, usual, usual), min_size=1))
+def test_inserts_written_alike_are_read_into_arrays(template, rows):
+    text = "\n".join(template % row for row in rows).encode()
+    got = arrays(text)
+    assert got is not None
+    assert list(map(repr, got)) == list(map(repr, decoded(text)))  # repr: -0.0 is not 0.0
+
+
+digits = st.text("0123456789", max_size=22)
+near_ties = st.integers(2**52, 2**56).map(lambda n: f"{n}{'.5' * (n % 2)}")
+literals = (
+    near_ties
+    | st.floats().map(repr)
+    | st.text("-+.eE0123456789", max_size=6)
+    | st.builds(
+        "".join,
+        st.tuples(
+            st.sampled_from(["", "-"]),
+            digits,
+            st.sampled_from(["", "."]),
+            digits,
+            st.sampled_from(["", "e", "E-", "e+", "e-"]),
+            st.integers(0, 400).map(str) | st.just(""),
+        ),
+    )
+)
+
+
+@given(literals)
+def test_a_number_is_read_as_the_decoder_reads_it_or_left_to_it(literal):
+    first = TEMPLATES[1] % (0, 1, 2)
+    text = (first + "\n" + TEMPLATES[1] % (literal, literal, "2")).encode()
+    got = arrays(text)
+    if got is not None:
+        assert list(map(repr, got)) == list(map(repr, decoded(text)))
+
+
+@given(
+    st.sampled_from(TEMPLATES).map(lambda template: (template % (0.5, -1, 2e-3)).encode()),
+    st.lists(st.tuples(st.integers(0, 200), st.integers(0, 2), st.binary(max_size=2)), max_size=2),
+    st.integers(0, 3),
+)
+def test_what_is_read_into_arrays_is_what_the_decoder_reads(line, cuts, before):
+    changed = line
+    for at, length, new in cuts:
+        changed = changed[:at] + new + changed[at + length :]
+    for text in (b"\n".join([line] * before + [changed, line]), changed):
+        got = arrays(text)
+        if got is not None:
+            assert got == decoded(text)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        b'{"op":"insert","t":0.5,"x":1.0,"y":2.0,"object":"hull"}',
+        b'{"op":"insert","t":0.5,"x":1.0, "y":2.0}',
+        b'{"op":"query","t":0.5,"kind":"side","x":1.0,"y":2.0}',
+        b'{"op":"remove","t":0.5,"x":1.0,"y":2.0}',
+        b'{"op":"move","t":0.5,"id":0,"x":1.0,"y":2.0}',
+        b'{"op":"insert","t":0.5,"x":1.0,"x":1.0,"y":2.0}',
+        b'{"op":"insert","t":0.5,"x":1.0,"y":2.0,"y":2.0}',
+        b'{"op":"insert","t":0.5,"x":1.0,"y":2.00000000000000000000}',
+        b"",
+    ],
+)
+def test_what_is_written_otherwise_is_not(other):
+    line = INSERT[:-1]
+    for lines in ([line, other], [other, line], [line, other, line]):
+        assert arrays(b"\n".join(lines)) is None
+    assert arrays(b"\n".join([line] * 3)) == [Insert(t=0.5, x=1.0, y=2.0)] * 3
 
 
 # ---------------------------------------------------------------------- what is wrong

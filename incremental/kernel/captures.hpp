@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "forest.hpp"
-#include "heap.hpp"
+#include "openings.hpp"
 
 namespace flintknap {
 
@@ -51,7 +50,7 @@ class Captures {
         holder_.assign(at(m.vertices()), kNone);
         following_.assign(at(m.vertices()), kNone);
         left_inside_ = t_.size();
-        Openings heap(Smaller{t_});
+        Openings openings(t_);
         std::vector<Index> hull = t_.hull();
         for (Index h : hull) {
             event_of_[at(Mesh::triangle(m.twin(h)))] = Forest::kRoot;
@@ -59,12 +58,17 @@ class Captures {
             following_[at(m.origin(h))] = m.target(h);
         }
         for (Index h : hull) {
-            if (!on_ring(m.apex(h))) heap.push(opening(h));
+            if (!on_ring(m.apex(h))) openings.push(opening(h));
         }
-        while (!heap.empty()) {
-            Opening next = heap.pop();
-            if (!heap.empty()) prefetch(heap.top());
-            while (!on_ring(next.apex)) next = step(next, heap);
+        auto fetch = [&](const Opening& o) { prefetch(o); };
+        auto is_good = [&](const Opening& o) {
+            if (on_ring(o.apex)) return false;
+            prefetch_behind(o.edge);
+            return true;
+        };
+        while (openings.any(fetch, is_good)) {
+            Opening next = openings.pop();
+            while (!on_ring(next.apex)) next = step(next, openings);
         }
     }
 
@@ -145,25 +149,12 @@ class Captures {
     const Triangulation& t_;
     Forest forest_;
     // By triangle: the event that removed it, or kNone; the root of a ghost.
-    std::vector<Index> event_of_;
-    std::vector<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
-    std::vector<Index> following_;  // by vertex on the ring: the next one along it
-    Index left_inside_ = 0;         // vertices without a holder
+    Array<Index> event_of_;
+    Array<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
+    Array<Index> following_;  // by vertex on the ring: the next one along it
+    Index left_inside_ = 0;   // vertices without a holder
 
    private:
-    struct Opening {
-        double key;
-        Index edge, apex;
-        Gate gate() const { return {key, edge}; }
-    };
-    struct Smaller {
-        const Triangulation& t;
-        bool operator()(const Opening& a, const Opening& b) const {
-            return smaller(t, a.gate(), b.gate());
-        }
-    };
-    using Openings = Heap<Opening, Smaller>;
-
     Opening opening(Index edge) const {
         return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
     }
@@ -174,12 +165,19 @@ class Captures {
         __builtin_prefetch(&event_of_[at(Mesh::triangle(opening.edge))]);
         t_.mesh().prefetch(opening.edge);
     }
+    // And then the triangles that gates lead to behind a gate.
+    void prefetch_behind(Index edge) const {
+        const Mesh& m = t_.mesh();
+        m.prefetch(m.twin(Mesh::next(edge)));
+        m.prefetch(m.twin(Mesh::prev(edge)));
+    }
 
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
-    // smaller still is the next to take and need not pass through the heap.
-    Opening step(Opening taken, Openings& heap) {
+    // smaller still is the next to take and need not pass through the others.
+    Opening step(Opening taken, Openings& openings) {
         const Mesh& m = t_.mesh();
         Index edge = taken.edge, k = taken.apex;
+        prefetch_behind(edge);
         Index e = forest_.append(taken.gate(), opener(edge));
         event_of_[at(Mesh::triangle(edge))] = e;
         hold(k, e);
@@ -189,10 +187,11 @@ class Captures {
         for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
             Index behind = m.twin(side);
             if (on_ring(m.apex(behind))) continue;
+            prefetch_behind(behind);
             Opening opened = opening(behind);
             if (smaller(t_, opened.gate(), next.gate())) std::swap(next, opened);
             if (opened.edge == edge) continue;  // `taken` itself, displaced
-            heap.push(opened);
+            openings.push(opened);
         }
         return next;
     }

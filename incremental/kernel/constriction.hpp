@@ -59,7 +59,7 @@ class Constriction : public Captures {
 
     // What a triangulation tells those who watch it. Call repair before anything is asked, and
     // forget_changes when all who want to know what has changed have seen it.
-    void destroying(const std::vector<Index>& triangles) {
+    void destroying(const Array<Index>& triangles) {
         const Mesh& m = t_.mesh();
         forest_.open();
         destroyed_.insert(destroyed_.end(), triangles.begin(), triangles.end());
@@ -77,7 +77,7 @@ class Constriction : public Captures {
         }
     }
 
-    void created(const std::vector<Index>& triangles) {
+    void created(const Array<Index>& triangles) {
         const Mesh& m = t_.mesh();
         forest_.open();
         event_of_.resize(at(m.triangles()), kNone);

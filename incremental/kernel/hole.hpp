@@ -50,7 +50,7 @@ class SmallHole {
     SmallHole(Mesh& mesh, const Sites& sites, std::vector<RimEdge>& rim)
         : mesh_(mesh), sites_(sites), rim_(rim) {}
 
-    void fill(const std::vector<Index>& triangles) {
+    void fill(const Array<Index>& triangles) {
         next_ = triangles.data();
         auto is_ghost = [](const RimEdge& e) { return e.a == kGhost; };
         auto ghost = std::find_if(rim_.begin(), rim_.end(), is_ghost);
@@ -155,7 +155,7 @@ class LargeHole {
         todo_.reserve(copy_.size());
     }
 
-    void fill(Mesh& mesh, const std::vector<Index>& triangles) {
+    void fill(Mesh& mesh, const Array<Index>& triangles) {
         if (link_.is_flat()) {
             fill_with_ghosts(mesh, triangles);
             return;
@@ -210,7 +210,7 @@ class LargeHole {
     //           /  / \  \            others on the line are a hull edge each
     //          o--o---o--o
     //
-    void fill_with_ghosts(Mesh& mesh, const std::vector<Index>& triangles) {
+    void fill_with_ghosts(Mesh& mesh, const Array<Index>& triangles) {
         std::size_t k = rim_.size();
         Index last = rim_[ghost_].outer;
         for (std::size_t used = 0; used < k - 2; ++used) {

@@ -270,11 +270,15 @@ class Object {
     }
 
     std::shared_ptr<const Outline> make_outline() const {
-        std::size_t n = at(ring_size());
+        Array<Index> vertices(at(ring_size()));
+        Index next = smallest();
+        for (Index& v : vertices) next = following(v = next);
         Stretch all;
-        all.ids.reserve(n);
-        all.xy.reserve(n);
-        for (Index v = smallest(); all.ids.size() < n; v = following(v)) all.add(id(v), site(v));
+        all.ids.resize(vertices.size());
+        auto slot_of = [&](std::size_t i) { return vertices[i]; };
+        points_.ids_in_slots(vertices.size(), slot_of, all.ids.data());
+        all.xy.reserve(vertices.size());
+        for (Index v : vertices) all.xy.push_back(site(v));
         return std::make_shared<const Outline>(std::move(all));
     }
 

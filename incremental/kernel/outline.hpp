@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "array.hpp"
 #include "notes.hpp"
 
 namespace flintknap {
@@ -33,8 +34,8 @@ struct Arcs;
 
 // Vertices in memory; pieces lie in it.
 struct Stretch {
-    std::vector<Id> ids;
-    std::vector<Point> xy;
+    Array<Id> ids;
+    Array<Point> xy;
 
     void add(Id id, Point p) {
         ids.push_back(id);

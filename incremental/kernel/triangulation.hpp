@@ -61,8 +61,8 @@ inline bool conflicts(const Sites& sites, Index a, Index b, Index c, Point p) {
 
 // Somebody whom changes do not concern.
 struct Nobody {
-    void destroying(const std::vector<Index>&) {}
-    void created(const std::vector<Index>&) {}
+    void destroying(const Array<Index>&) {}
+    void created(const Array<Index>&) {}
     void appeared(Index) {}
 };
 
@@ -132,7 +132,7 @@ class Triangulation {
     }
 
     // The triangles that the last insert or remove made.
-    const std::vector<Index>& created() const { return cavity_; }
+    const Array<Index>& created() const { return cavity_; }
 
     // The half-edges along the hull, counter-clockwise from the smallest site. O(size).
     std::vector<Index> hull() const {
@@ -286,12 +286,12 @@ class Triangulation {
         pending_.push_back(seed);
         while (!pending_.empty()) {
             Index h = pending_.back(), o = mesh_.twin(h);
-            pending_.pop_back();
             if (is_in_conflict(Mesh::triangle(o), p)) {
                 cavity_.push_back(Mesh::triangle(o));
-                pending_.push_back(Mesh::prev(o));
+                pending_.back() = Mesh::prev(o);
                 pending_.push_back(Mesh::next(o));
             } else {
+                pending_.pop_back();
                 rim_.push_back({mesh_.origin(h), mesh_.origin(o), o});
             }
         }
@@ -460,7 +460,7 @@ class Triangulation {
     Array<Index> line_;  // all sites while they lie on one line; leaving() is the place in it
     // Scratch, kept to spare allocations: the triangles to replace, the half-edges to look beyond,
     // the rim.
-    std::vector<Index> cavity_, pending_;
+    Array<Index> cavity_, pending_;
     std::vector<RimEdge> rim_;
 };
 

@@ -1,4 +1,5 @@
 // The kernel's face to Python: arrays in, arrays out, and nothing else of substance.
+#include "../lines.hpp"
 #include "kernel.hpp"
 
 namespace flintknap {
@@ -10,6 +11,11 @@ std::int64_t first_outside(DoubleArray x, DoubleArray y) {
         if (!is_admissible({x(i), y(i)})) return static_cast<std::int64_t>(i);
     }
     return -1;
+}
+
+// t of all lines, then x, then y, if all are like the first one, which inserts a point; or nothing.
+auto read_alike(nb::bytes lines, nb::bytes first) {
+    return to_numpy(Pattern({first.c_str(), first.size()}).read({lines.c_str(), lines.size()}));
 }
 
 void bind_predicates(nb::module_& m) {
@@ -40,6 +46,7 @@ NB_MODULE(_kernel, m) {
     m.attr("MIN_MAGNITUDE") = kMinMagnitude;
     m.attr("MAX_MAGNITUDE") = kMaxMagnitude;
     m.def("first_outside", &first_outside, "x"_a, "y"_a);
+    m.def("read_alike", &read_alike, "lines"_a, "first"_a);
     bind_predicates(m);
     KernelClass kernel(m, "Kernel");
     kernel.def(
