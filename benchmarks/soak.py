@@ -99,7 +99,7 @@ def run(quick: bool) -> Iterator[tables.Table]:
     """Yield a table of pace and memory, one row a stream."""
     events = QUICK_EVENTS if quick else EVENTS
     columns = ["stream", "events", "first M events/s", "last", "old / young", "flat"]
-    columns += ["MB, first slice", "MB, last", "flat ", "resident, first", "resident, last", "check"]
+    columns += ["MB, first slice", "MB, last", "flat ", "resident, first", "last ", "check"]
     table = tables.Table(f"A window of {WINDOW:,} points", columns)
     for name in STREAMS:
         command = [sys.executable, "-m", "benchmarks.soak", name, str(events)]
@@ -144,8 +144,8 @@ class Sliding:
 def measure(name: str, events: int) -> dict[str, object]:
     """Slide the window; return, slice by slice, what run makes a row of.
 
-    "pace" is million events a second, "memory" and "resident" are in MB, "steady" is the pace of the
-    old engine over that of the young one.
+    "pace" is million events a second, "memory" and "resident" are in MB, "steady" is the pace of
+    the old engine over that of the young one.
     """
     size = events // (2 * BATCH * SLICES * PARTS)  # of a part
     stream = STREAMS[name](2 * WINDOW // BATCH + size * PARTS * (SLICES + 1))
