@@ -7,9 +7,8 @@ stream, the window being full all the time. A machine has its own moods over min
 of a stream may be harder than another: so in one slice more a young engine, which was given at once
 what the window holds and has slid by its length once, does the same work part by part, and "old /
 young" is the median of how much of it the old one does in the time of the young one. Memory is what
-the engine counts, the median over the parts of a slice; some parts of a stream need more of it than
-others. What is resident after a slice stands beside it: that is the most there ever was, for the C
-library keeps what it was given back. `check()` looks at everything once, at the end.
+is resident and what the engine counts, medians over the parts of a slice, for some parts of a
+stream need more of it than others. `check()` looks at everything once, at the end.
 
     curve     along a closed wavy curve, over and over, with a noise of one spacing
     uniform   anywhere in the unit square
@@ -99,18 +98,17 @@ def run(quick: bool) -> Iterator[tables.Table]:
     """Yield a table of pace and memory, one row a stream."""
     events = QUICK_EVENTS if quick else EVENTS
     columns = ["stream", "events", "first M events/s", "last", "old / young", "flat"]
-    columns += ["MB, first slice", "MB, last", "flat ", "resident, first", "last ", "check"]
+    columns += ["MB, first slice", "MB, last", "flat ", "counted, first", "last ", "check"]
     table = tables.Table(f"A window of {WINDOW:,} points", columns)
     for name in STREAMS:
         command = [sys.executable, "-m", "benchmarks.soak", name, str(events)]
         done = subprocess.run(command, capture_output=True, check=True, text=True)
         found = json.loads(done.stdout)
-        pace, steady, memory = found["pace"], found["steady"], found["memory"]
+        pace, steady, held, counted = (found[k] for k in ("pace", "steady", "resident", "counted"))
         flat = tables.at_least(0.9).judge(steady)
-        size = tables.at_most(1.1).judge(memory[-1] / memory[0])
-        cells = [pace[0], pace[-1], steady, flat, memory[0], memory[-1], size]
-        held = found["resident"]
-        table.rows.append([name, events, *cells, held[0], held[-1], found["check"]])
+        size = tables.at_most(1.1).judge(held[-1] / held[0])
+        cells = [pace[0], pace[-1], steady, flat, held[0], held[-1], size, counted[0], counted[-1]]
+        table.rows.append([name, events, *cells, found["check"]])
     yield table
 
 
@@ -144,21 +142,21 @@ class Sliding:
 def measure(name: str, events: int) -> dict[str, object]:
     """Slide the window; return, slice by slice, what run makes a row of.
 
-    "pace" is million events a second, "memory" and "resident" are in MB, "steady" is the pace of
+    "pace" is million events a second, "resident" and "counted" are in MB, "steady" is the pace of
     the old engine over that of the young one.
     """
     size = events // (2 * BATCH * SLICES * PARTS)  # of a part
     stream = STREAMS[name](2 * WINDOW // BATCH + size * PARTS * (SLICES + 1))
     old = Sliding([next(stream) for _ in range(WINDOW // BATCH)])
-    pace, memory, held, ratios = [], [], [], []
+    pace, held, counted, ratios = [], [], [], []
     for _ in range(SLICES):
-        seconds, counted = 0.0, []
+        seconds, parts = 0.0, []
         for _ in range(PARTS):
             seconds += old.seconds([next(stream) for _ in range(size)])
-            counted.append(old.engine._kernel.bytes() / 2**20)
+            parts.append((resident(), old.engine._kernel.bytes() / 2**20))
         pace.append(2e-6 * BATCH * size * PARTS / seconds)
-        memory.append(median(counted))
-        held.append(resident())
+        held.append(median(part[0] for part in parts))
+        counted.append(median(part[1] for part in parts))
     young = Sliding(list(old.batches))
     part = [next(stream) for _ in range(WINDOW // BATCH)]
     young.seconds(part), old.seconds(part)
@@ -167,7 +165,7 @@ def measure(name: str, events: int) -> dict[str, object]:
         ratios.append(young.seconds(part) / old.seconds(part))
     old.engine.check()
     passed = f"passed, {len(old.engine):,} points"
-    found = {"pace": pace, "steady": median(ratios), "memory": memory, "resident": held}
+    found = {"pace": pace, "steady": median(ratios), "resident": held, "counted": counted}
     return {**found, "check": passed}
 
 

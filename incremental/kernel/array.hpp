@@ -20,10 +20,21 @@
 #ifdef __linux__
 #include <sys/mman.h>
 #endif
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace flintknap {
 
 constexpr std::align_val_t kLine{64};  // of a cache
+
+// Gives what the C library's heap keeps in reserve back to the system, if it can. It takes a
+// millisecond or so, and pages that are needed again must be provided anew: nothing for every day.
+inline void give_back_reserve() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
 
 // A block of `bytes` that holds what `block` of `old_bytes` held, which is given back: so a block
 // grows, or comes to be (from nullptr, 0), or ends (0 bytes: nullptr).

@@ -125,6 +125,7 @@ class Object {
             if (!triangulation_.is_flat()) {
                 constriction_.build();
                 widening_.build(poll);
+                if (at(triangulation_.size()) > kLarge) give_back_reserve();
             }
         }
         state_ = State::fresh;
@@ -260,6 +261,9 @@ class Object {
 
     // One change to so many sites is few: repairs cost less than a run from scratch.
     static constexpr std::size_t kFew = 1024;
+
+    // So many sites are worth giving back what making their boundary took besides.
+    static constexpr std::size_t kLarge = 50'000;
 
     // The state to start n changes from: stale if they are better not followed. Until they are
     // done, and for good if they fail midway, the constriction is stale.
