@@ -535,9 +535,9 @@ class Constriction : public Captures {
     Links links_;
     // A change in progress: triangles that went, that came, others that changed sides, vertices
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
-    // to be offered, gates and orphans by time.
+    // to be offered.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, waiting_;
-    std::size_t work_ = 0;   // places in the order that were written or looked at
+    std::size_t work_ = 0;   // events that were looked at again
     std::vector<Run> runs_;  // those that a graft moves
     std::vector<Index> inside_, outside_;
 };

@@ -16,7 +16,8 @@
 // from them, and wait to be given a parent. An event may be *dead* until it is released: those that
 // hung from it keep their places, though its triangle may be gone.
 //
-// Invariants (check): the root is the first; the timeline's own.
+// Invariants (check): those of the timeline. That the order is that of the search, captures.hpp
+// checks.
 // Cost: O(log n) to add, to compare, to move a run; 16 bytes an event from scratch, 26 in use.
 #pragma once
 
