@@ -32,6 +32,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -181,19 +182,28 @@ class Constriction : public Captures {
 
     // Ends an event. Those that hang from it are orphans.
     void kill(Index e) {
-        const Mesh& m = t_.mesh();
         Index edge = forest_.edge(e);
-        for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-            Index child = entered_through(m.twin(side));
-            if (child != kNone) orphan(child);
-        }
+        visit_children(e, [&](Index child) { orphan(child); });
         event_of_[at(Mesh::triangle(edge))] = kNone;
         changed_.push_back(Mesh::triangle(edge));
-        release(m.apex(edge));
+        release(t_.mesh().apex(edge));
         forest_.set_waiting(e, false);
         forest_.die(e);
         retired_.push_back(e);
         ++touched_;
+    }
+
+    // The gates that an event opens; the events f(child) that have been through one.
+    std::array<Index, 2> gates_of(Index e) const {
+        Index edge = forest_.edge(e);
+        return {t_.mesh().twin(Mesh::next(edge)), t_.mesh().twin(Mesh::prev(edge))};
+    }
+    template <class F>
+    void visit_children(Index e, F&& f) const {
+        for (Index gate : gates_of(e)) {
+            Index child = entered_through(gate);
+            if (child != kNone) f(child);
+        }
     }
 
     void orphan(Index e) {
@@ -303,8 +313,7 @@ class Constriction : public Captures {
         ++touched_;
         changed_.push_back(x);
         wait_for_freed();
-        wait_for(m.twin(Mesh::next(edge)));
-        wait_for(m.twin(Mesh::prev(edge)));
+        for (Index gate : gates_of(e)) wait_for(gate);
     }
 
     // Whether a gate still has the place that it got from its parent.
@@ -329,8 +338,7 @@ class Constriction : public Captures {
     // Takes an orphan to the end of time, and with it what comes before anything else can happen.
     // What else hangs from these becomes orphans; others may capture their sites meanwhile.
     void set_adrift(Index e, Index parent) {
-        const Mesh& m = t_.mesh();
-        hang(e, parent);
+        forest_.set_parent(e, parent);
         forest_.set_waiting(e, false);
         Index end = end_of_run(e), next = forest_.first_waiting();
         if (next != kNone && (end == kNone || forest_.earlier(next, end))) end = next;
@@ -342,12 +350,10 @@ class Constriction : public Captures {
         forest_.set_waiting(e, parent == kNone);
         for (Index x : inside_) {
             if (forest_.is_dead(x)) continue;
-            Index edge = forest_.edge(x);
-            for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-                Index child = entered_through(m.twin(side));
-                if (child != kNone && !forest_.is_adrift(child)) orphan(child);
-            }
-            wait_for_gates_at(m.apex(edge));
+            visit_children(x, [&](Index child) {
+                if (!forest_.is_adrift(child)) orphan(child);
+            });
+            wait_for_gates_at(t_.mesh().apex(forest_.edge(x)));
         }
         work_ += inside_.size();
     }
@@ -440,7 +446,6 @@ class Constriction : public Captures {
 
     // Grafts e, which is adrift, with all that hangs from it.
     bool land(Index e, Index parent) {
-        const Mesh& m = t_.mesh();
         inside_.clear();
         hang(e, parent);
         std::size_t adrift = 1;  // whose parents are not
@@ -454,13 +459,11 @@ class Constriction : public Captures {
             std::size_t listed = inside_.size();
             list(run);
             for (; listed < inside_.size(); ++listed) {
-                Index x = inside_[listed], edge = forest_.edge(x);
+                Index x = inside_[listed];
                 if (forest_.is_dead(x)) continue;
-                for (Index side : {Mesh::next(edge), Mesh::prev(edge)}) {
-                    Index child = entered_through(m.twin(side));
-                    bool hangs = child != kNone && forest_.parent(child) == x;
-                    if (hangs && forest_.is_adrift(child)) ++adrift;
-                }
+                visit_children(x, [&](Index child) {
+                    if (forest_.parent(child) == x && forest_.is_adrift(child)) ++adrift;
+                });
             }
         }
         offer_again(inside_, true);
@@ -502,15 +505,13 @@ class Constriction : public Captures {
 
     // Gates that lead from events that come earlier than before, or to those that come later.
     void offer_again(const std::vector<Index>& events, bool earlier) {
-        const Mesh& m = t_.mesh();
         for (Index e : events) {
             Index edge = forest_.edge(e);
             if (edge < 0 || entered_through(edge) != e) continue;
             if (earlier) {
-                wait_for(m.twin(Mesh::next(edge)));
-                wait_for(m.twin(Mesh::prev(edge)));
+                for (Index gate : gates_of(e)) wait_for(gate);
             } else {
-                wait_for_gates_at(m.apex(edge));
+                wait_for_gates_at(t_.mesh().apex(edge));
             }
         }
         work_ += events.size();
