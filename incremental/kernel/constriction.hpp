@@ -260,17 +260,38 @@ class Constriction : public Captures {
             if (v != kGhost) __builtin_prefetch(&holder_[at(v)]);
         }
     }
+    // Fetches what those events will be asked for of which the i-th is next.
+    void fetch_ahead(const std::vector<Index>& events, std::size_t i) const {
+        const Mesh& m = t_.mesh();
+        auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
+        if (i + 4 * kAhead < events.size()) forest_.prefetch(events[i + 4 * kAhead]);
+        if (Index h = edge(i + 3 * kAhead); h >= 0) {
+            __builtin_prefetch(&event_of_[at(Mesh::triangle(h))]);
+            m.prefetch(h);
+        }
+        if (Index h = edge(i + 2 * kAhead); h >= 0) {
+            for (Index gate : {m.twin(Mesh::next(h)), m.twin(Mesh::prev(h))}) {
+                __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
+                m.prefetch(gate);
+            }
+        }
+    }
     void wait_for_gates_into(Index x) {
         for (Index side = 0; side < 3; ++side) wait_for(3 * x + side);
     }
 
-    void wait_for_gates_at(Index v) {
+    // Gates f(edge) that lead to a vertex, or would if they were open.
+    template <class F>
+    void visit_gates_at(Index v, F&& f) const {
         const Mesh& m = t_.mesh();
         Index first = m.leaving(v), h = first;
         do {
-            if (is_inside(Mesh::triangle(h))) wait_for(Mesh::next(h));
+            if (is_inside(Mesh::triangle(h))) f(Mesh::next(h));
             h = m.turn(h);
         } while (h != first);
+    }
+    void wait_for_gates_at(Index v) {
+        visit_gates_at(v, [&](Index gate) { wait_for(gate); });
     }
 
     void wait_for_freed() {
@@ -405,8 +426,10 @@ class Constriction : public Captures {
     // before the new parent.
     bool delay(Index e, Index parent) {
         runs_.clear();
+        double largest = 0;
         for (Index r = e, end = kNone;; r = end) {
             end = end_of_run(r);
+            largest = forest_.key(r);
             bool hangs = r == e || hangs_from_runs(r);
             if (end == kNone || forest_.earlier(parent, end)) {
                 if (hangs) return false;
@@ -418,7 +441,7 @@ class Constriction : public Captures {
         Index before = forest_.previous(e);
         hang(e, parent);
         for (Run run : runs_) move(run);
-        recheck(forest_.next(before), runs_.back().first, true);
+        recheck(forest_.next(before), runs_.back().first, true, largest);
         return true;
     }
 
@@ -427,20 +450,22 @@ class Constriction : public Captures {
     bool advance(Index e, Index parent) {
         runs_.clear();
         hang(e, parent);
+        double largest = forest_.key(e);
         Index r = e;
-        while (r != kNone) {
+        while (true) {
             Index end = end_of_run(r);
             if (r == e || hangs_from_runs(r)) {
                 if (forest_.first_as_large(forest_.parent(r), forest_.gate(r)) == r) break;
                 runs_.push_back({r, last_before(end)});
                 move(runs_.back());
+                largest = forest_.key(r);
             } else if (forest_.first_as_large(runs_.back().last, forest_.gate(r)) == r) {
                 break;
             }
             r = end;
             ++work_;
         }
-        recheck(e, r, false);
+        recheck(e, r, false, std::max(largest, forest_.key(r)));
         return true;
     }
 
@@ -466,7 +491,7 @@ class Constriction : public Captures {
                 });
             }
         }
-        offer_again(inside_, true);
+        offer_again(inside_, true, [](Index) { return true; });
         return true;
     }
 
@@ -478,8 +503,12 @@ class Constriction : public Captures {
 
     // The order of runs that have moved has changed among those between `from` and `to`. One of two
     // comes earlier now, and its gates may lead to sites that the other holds: either the runs are
-    // offered anew or the others are, whichever are fewer.
-    void recheck(Index from, Index to, bool later) {
+    // offered anew or the others are, whichever are fewer. Gates larger than the largest event that
+    // has passed or been passed have their places behind all that, as before.
+    void recheck(Index from, Index to, bool later, double largest) {
+        auto matters = [&](Index gate) {
+            return is_inside(Mesh::triangle(gate)) && make_gate(t_, gate).key <= largest;
+        };
         inside_.clear();
         outside_.clear();
         auto run = runs_.begin(), passed = run;
@@ -489,7 +518,9 @@ class Constriction : public Captures {
                 out = forest_.next(passed->last);
                 ++passed;
             }
-            if (out == to || (later && passed == runs_.end())) return offer_again(outside_, later);
+            if (out == to || (later && passed == runs_.end())) {
+                return offer_again(outside_, later, matters);
+            }
             outside_.push_back(out);
             out = forest_.next(out);
             inside_.push_back(in);
@@ -498,20 +529,26 @@ class Constriction : public Captures {
             } else if (++run != runs_.end()) {
                 in = run->first;
             } else {
-                return offer_again(inside_, !later);
+                return offer_again(inside_, !later, matters);
             }
         }
     }
 
-    // Gates that lead from events that come earlier than before, or to those that come later.
-    void offer_again(const std::vector<Index>& events, bool earlier) {
-        for (Index e : events) {
-            Index edge = forest_.edge(e);
+    // Gates that lead from events that come earlier than before, or to those that come later, if
+    // they matter.
+    template <class F>
+    void offer_again(const std::vector<Index>& events, bool earlier, F&& matters) {
+        auto wait = [&](Index gate) {
+            if (matters(gate)) wait_for(gate);
+        };
+        for (std::size_t i = 0; i < events.size(); ++i) {
+            fetch_ahead(events, i);
+            Index e = events[i], edge = forest_.edge(e);
             if (edge < 0 || entered_through(edge) != e) continue;
             if (earlier) {
-                for (Index gate : gates_of(e)) wait_for(gate);
+                for (Index gate : gates_of(e)) wait(gate);
             } else {
-                wait_for_gates_at(t_.mesh().apex(edge));
+                visit_gates_at(t_.mesh().apex(edge), wait);
             }
         }
         work_ += events.size();
