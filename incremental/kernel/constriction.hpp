@@ -38,6 +38,7 @@
 #include <vector>
 
 #include "captures.hpp"
+#include "heap.hpp"
 #include "links.hpp"
 
 namespace flintknap {
@@ -112,6 +113,7 @@ class Constriction : public Captures {
         std::int64_t enough = touched_ + t_.size();
         work_ = 0;
         forest_.open();
+        now_ = Forest::kRoot;
         for (const std::vector<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
@@ -157,6 +159,7 @@ class Constriction : public Captures {
         freed_.clear();
         retired_.clear();
         waiting_.clear();
+        open_.clear();
     }
 
     // Between repairs only: changes in progress do not travel.
@@ -206,6 +209,7 @@ class Constriction : public Captures {
         }
     }
 
+    bool is_orphan(Index e) const { return forest_.parent(e) == kNone && !forest_.is_dead(e); }
     void orphan(Index e) {
         forest_.set_parent(e, kNone);
         forest_.set_waiting(e, true);
@@ -217,31 +221,27 @@ class Constriction : public Captures {
         kill(e);
     }
 
-    // Has the gate wait if it is open and its target is not held by an earlier event; gives an
-    // orphan behind it its parent. What those adrift open is offered when they are grafted.
+    // Lets a gate compete for its target: now if the event that opened it has happened, else when
+    // that happens. Gives an orphan behind it its parent.
     void offer(Index edge) {
         Index parent = opener(edge);
         if (parent == kNone) return;
         if (!is_inside(Mesh::triangle(edge))) {
             Index e = entered_through(edge);
-            bool is_orphan = e != kNone && forest_.parent(e) == kNone;
-            if (is_orphan && !forest_.is_adrift(parent)) graft(e, parent);
+            if (e != kNone && is_orphan(e) && !forest_.is_adrift(parent)) graft(e, parent);
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder == Forest::kRoot) return;
-        if (holder != kNone && forest_.earlier(holder, parent)) return;
-        if (forest_.is_adrift(parent)) return;
-        Gate gate = make_gate(t_, edge);
-        Index place = forest_.first_as_large(parent, gate);
-        if (place != kNone) {
-            bool is_there = forest_.edge(place) == edge && forest_.parent(place) == parent;
-            if (is_there || (holder != kNone && forest_.earlier(holder, place))) return;
-        } else if (holder != kNone) {
-            return;
+        if (has_happened(parent)) {
+            if (holder == kNone || !has_happened(holder)) open_.push(make_gate(t_, edge));
+        } else if (holder == kNone || !forest_.earlier(holder, parent) ||
+                   (forest_.is_adrift(parent) && !has_happened(holder))) {
+            forest_.set_waiting(parent, true);
         }
-        forest_.add(gate, parent, place);
     }
+
+    bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
 
     void wait_for(Index edge) {
         waiting_.push_back(edge);
@@ -301,46 +301,44 @@ class Constriction : public Captures {
         freed_.clear();
     }
 
-    // Does what is to be done next: the earliest gate captures, or the earliest orphan is settled.
-    // False if nothing waits.
+    // Does what is to be done next: the smallest gate captures, or the first that waits is settled
+    // or offers its gates. False if nothing is left to do.
     bool proceed() {
         Index e = forest_.first_waiting();
+        for (; !open_.empty(); open_.pop()) {
+            Gate gate = open_.top();
+            Index holder = holder_[at(t_.mesh().apex(gate.edge))];
+            if (!is_inside(Mesh::triangle(gate.edge))) continue;
+            if (holder != kNone && has_happened(holder)) continue;
+            Index place = forest_.first_as_large(now_, gate);
+            if (e != kNone && forest_.earlier(e, place)) break;
+            if (holder != kNone && forest_.earlier(holder, place)) continue;
+            open_.pop();
+            capture(gate, place);
+            return true;
+        }
         if (e == kNone) return false;
-        if (entered_through(forest_.edge(e)) == e) {
+        if (forest_.parent(e) == kNone) {
+            now_ = forest_.previous(forest_.is_adrift(e) ? Forest::kNever : e);
             settle(e);
         } else {
-            take(e);
+            now_ = e;
+            forest_.set_waiting(e, false);
+            for (Index gate : gates_of(e)) wait_for(gate);
         }
         return true;
     }
 
-    // Captures the target of a gate, if it still can.
-    void take(Index e) {
-        const Mesh& m = t_.mesh();
-        Index edge = forest_.edge(e), x = Mesh::triangle(edge);
-        Index target = m.apex(edge), holder = holder_[at(target)];
-        bool is_open = event_of_[at(x)] == kNone && opener(edge) == forest_.parent(e);
-        bool is_placed = is_open && stands(e);
-        if (is_open && !is_placed) wait_for(edge);
-        if (!is_placed || holder == Forest::kRoot ||
-            (holder != kNone && forest_.earlier(holder, e))) {
-            forest_.withdraw(e);
-            return;
-        }
-        if (holder != kNone) put_back(holder);
-        forest_.set_waiting(e, false);
-        event_of_[at(x)] = e;
+    void capture(Gate gate, Index place) {
+        Index x = Mesh::triangle(gate.edge), target = t_.mesh().apex(gate.edge);
+        if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
+        Index e = forest_.add(gate, opener(gate.edge), place);
+        now_ = event_of_[at(x)] = e;
         hold(target, e);
         ++touched_;
         changed_.push_back(x);
         wait_for_freed();
-        for (Index gate : gates_of(e)) wait_for(gate);
-    }
-
-    // Whether a gate still has the place that it got from its parent.
-    bool stands(Index e) const {
-        Index parent = forest_.parent(e);
-        return forest_.earlier(parent, e) && forest_.first_as_large(parent, forest_.gate(e)) == e;
+        for (Index opened : gates_of(e)) wait_for(opened);
     }
 
     // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
@@ -356,19 +354,17 @@ class Constriction : public Captures {
         }
     }
 
-    // Takes an orphan to the end of time, and with it what comes before anything else can happen.
+    // Takes an orphan to the end of time, and with it what hangs from it up to the next orphan.
     // What else hangs from these becomes orphans; others may capture their sites meanwhile.
     void set_adrift(Index e, Index parent) {
         forest_.set_parent(e, parent);
-        forest_.set_waiting(e, false);
-        Index end = end_of_run(e), next = forest_.first_waiting();
-        if (next != kNone && (end == kNone || forest_.earlier(next, end))) end = next;
-        Run run{e, last_before(end)};
         inside_.clear();
-        list(run);
+        for (Index x = e, end = end_of_run(e); x != end && (x == e || !is_orphan(x));
+             x = forest_.next(x)) {
+            inside_.push_back(x);
+        }
         Index after = parent == kNone ? Forest::kNever : parent;
-        forest_.move(e, run.last, forest_.first_as_large(after, forest_.gate(e)));
-        forest_.set_waiting(e, parent == kNone);
+        forest_.move(e, inside_.back(), forest_.first_as_large(after, forest_.gate(e)));
         for (Index x : inside_) {
             if (forest_.is_dead(x)) continue;
             visit_children(x, [&](Index child) {
@@ -379,16 +375,10 @@ class Constriction : public Captures {
         work_ += inside_.size();
     }
 
-    // Gives an orphan a parent, or none.
-    void hang(Index e, Index parent) {
-        forest_.set_parent(e, parent);
-        forest_.set_waiting(e, parent == kNone);
-    }
-
     // Hangs event e from the event that opens its gate now. False if that one hangs from e.
     bool graft(Index e, Index parent) {
         if (forest_.first_as_large(parent, forest_.gate(e)) == e) {
-            hang(e, parent);
+            forest_.set_parent(e, parent);
             return true;
         }
         if (forest_.earlier(e, parent)) return delay(e, parent);
@@ -426,10 +416,8 @@ class Constriction : public Captures {
     // before the new parent.
     bool delay(Index e, Index parent) {
         runs_.clear();
-        double largest = 0;
         for (Index r = e, end = kNone;; r = end) {
             end = end_of_run(r);
-            largest = forest_.key(r);
             bool hangs = r == e || hangs_from_runs(r);
             if (end == kNone || forest_.earlier(parent, end)) {
                 if (hangs) return false;
@@ -438,10 +426,16 @@ class Constriction : public Captures {
             if (hangs) runs_.push_back({r, last_before(end)});
             ++work_;
         }
-        Index before = forest_.previous(e);
-        hang(e, parent);
-        for (Run run : runs_) move(run);
-        recheck(forest_.next(before), runs_.back().first, true, largest);
+        forest_.set_parent(e, parent);
+        inside_.clear();
+        for (Run run : runs_) {
+            move(run);
+            list(run);
+        }
+        for (Index x : inside_) {
+            if (is_taken(x)) wait_for_gates_at(t_.mesh().apex(forest_.edge(x)));
+        }
+        work_ += inside_.size();
         return true;
     }
 
@@ -449,7 +443,7 @@ class Constriction : public Captures {
     // larger than all that e has passed.
     bool advance(Index e, Index parent) {
         runs_.clear();
-        hang(e, parent);
+        forest_.set_parent(e, parent);
         double largest = forest_.key(e);
         Index r = e;
         while (true) {
@@ -465,14 +459,14 @@ class Constriction : public Captures {
             r = end;
             ++work_;
         }
-        recheck(e, r, false, std::max(largest, forest_.key(r)));
+        recheck(e, r, std::max(largest, forest_.key(r)));
         return true;
     }
 
     // Grafts e, which is adrift, with all that hangs from it.
     bool land(Index e, Index parent) {
         inside_.clear();
-        hang(e, parent);
+        forest_.set_parent(e, parent);
         std::size_t adrift = 1;  // whose parents are not
         for (Index r = e, end = kNone; adrift > 0; r = end) {
             end = end_of_run(r);
@@ -491,7 +485,7 @@ class Constriction : public Captures {
                 });
             }
         }
-        offer_again(inside_, true, [](Index) { return true; });
+        work_ += inside_.size();
         return true;
     }
 
@@ -501,26 +495,20 @@ class Constriction : public Captures {
         while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
     }
 
-    // The order of runs that have moved has changed among those between `from` and `to`. One of two
-    // comes earlier now, and its gates may lead to sites that the other holds: either the runs are
-    // offered anew or the others are, whichever are fewer. Gates larger than the largest event that
-    // has passed or been passed have their places behind all that, as before.
-    void recheck(Index from, Index to, bool later, double largest) {
-        auto matters = [&](Index gate) {
-            return is_inside(Mesh::triangle(gate)) && make_gate(t_, gate).key <= largest;
-        };
+    // Runs have moved, to where they come before some of those between `from` and `to`: gates that
+    // lead from moved events to sites of passed ones may be the first that do so. Either the ones
+    // are looked through for them or the others, whichever are fewer. Gates larger than the largest
+    // of all these have their places behind them, as before.
+    void recheck(Index from, Index to, double largest) {
         inside_.clear();
         outside_.clear();
         auto run = runs_.begin(), passed = run;
-        Index in = run->first, out = from;
-        while (true) {
+        for (Index in = run->first, out = from; run != runs_.end();) {
             while (passed != runs_.end() && out == passed->first) {
                 out = forest_.next(passed->last);
                 ++passed;
             }
-            if (out == to || (later && passed == runs_.end())) {
-                return offer_again(outside_, later, matters);
-            }
+            if (out == to) break;
             outside_.push_back(out);
             out = forest_.next(out);
             inside_.push_back(in);
@@ -528,31 +516,28 @@ class Constriction : public Captures {
                 in = forest_.next(in);
             } else if (++run != runs_.end()) {
                 in = run->first;
-            } else {
-                return offer_again(inside_, !later, matters);
             }
         }
-    }
-
-    // Gates that lead from events that come earlier than before, or to those that come later, if
-    // they matter.
-    template <class F>
-    void offer_again(const std::vector<Index>& events, bool earlier, F&& matters) {
-        auto wait = [&](Index gate) {
-            if (matters(gate)) wait_for(gate);
+        auto offer_small = [&](Index gate) {
+            if (!is_inside(Mesh::triangle(gate))) return;
+            if (make_gate(t_, gate).key <= largest) wait_for(gate);
         };
+        bool are_fewer_inside = run == runs_.end();
+        const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
         for (std::size_t i = 0; i < events.size(); ++i) {
             fetch_ahead(events, i);
-            Index e = events[i], edge = forest_.edge(e);
-            if (edge < 0 || entered_through(edge) != e) continue;
-            if (earlier) {
-                for (Index gate : gates_of(e)) wait(gate);
+            if (!is_taken(events[i])) continue;
+            if (are_fewer_inside) {
+                for (Index gate : gates_of(events[i])) offer_small(gate);
             } else {
-                visit_gates_at(t_.mesh().apex(edge), wait);
+                visit_gates_at(t_.mesh().apex(forest_.edge(events[i])), offer_small);
             }
         }
         work_ += events.size();
     }
+
+    // Whether an event is neither dead nor without an edge.
+    bool is_taken(Index e) const { return forest_.edge(e) >= 0; }
 
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
     void mend_ring(Index x) {
@@ -575,8 +560,14 @@ class Constriction : public Captures {
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
     // to be offered.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, waiting_;
-    std::size_t work_ = 0;   // events that were looked at again
-    std::vector<Run> runs_;  // those that a graft moves
+    std::size_t work_ = 0;       // events that were looked at again
+    Index now_ = Forest::kRoot;  // the last event that has happened, as far as the repair is
+    struct Smaller {
+        const Triangulation& t;
+        bool operator()(Gate a, Gate b) const { return smaller(t, a, b); }
+    };
+    Heap<Gate, Smaller> open_{Smaller{t_}};  // gates of events that have happened
+    std::vector<Run> runs_;                  // those that a graft moves
     std::vector<Index> inside_, outside_;
 };
 

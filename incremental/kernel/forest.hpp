@@ -92,7 +92,7 @@ class Forest {
         events_.push_back({g.key, g.edge, parent});
         return static_cast<Index>(events_.size()) - 1;
     }
-    // One that waits to happen, right before another or behind all (kNone).
+    // One that happens right before another or behind all (kNone).
     Index add(Gate g, Index parent, Index other) {
         Index e = static_cast<Index>(events_.size());
         if (!free_.empty()) {
@@ -102,7 +102,7 @@ class Forest {
         } else {
             events_.push_back({g.key, g.edge, parent});
         }
-        timeline_.insert(e, other, true);
+        timeline_.insert(e, other, false);
         return e;
     }
 
