@@ -6,12 +6,13 @@
 //
 //   1. An event dies when its triangle goes, or when its site is captured earlier. Those that hang
 //      from it, or whose hull edge went, are *orphans*: they keep their places in the order.
-//   2. Gates that opened anew, and those that point at sites thus freed, wait at the places in the
-//      order that they have.
-//   3. The first that waits is taken, gate or orphan. A gate whose target is held by an earlier
-//      event is dropped; else it captures its target and opens two more. An orphan to which no
-//      gate led by now is set adrift: it goes to the end of time, where it waits again. If it is
-//      taken there, no gate has led to it at all, and it dies.
+//   2. Time runs from the root on. Gates that opened anew, and those that point at sites thus
+//      freed, compete in a heap if the events that opened them have happened. Those that have not
+//      wait, to offer their gates when they happen; and so do orphans, to be given a parent.
+//   3. Next is the smallest gate, at its place after the present, or the first that waits. A gate
+//      whose target is held before that is dropped; else it captures its target and opens two
+//      more. An orphan to which no gate led by now is set adrift: it goes to the end of time,
+//      where it waits again. If it is reached there, no gate has led to it at all, and it dies.
 //   4. Where a gate opens behind which an orphan stands, that is *grafted*: the event that opened
 //      the gate is its parent now, and what hangs from it comes along.
 //
