@@ -18,11 +18,12 @@
 //
 //      q           p          mostly e stands where it belongs already, and nothing else happens.
 //       \    ==>    \         Else its run moves (forest.hpp), and those of its descendants that
-//        e           e        must. Of moved and passed ones either are offered anew, whichever
-//       / \         / \       are fewer; nothing else has another place among others.
+//        e           e        must. If they come later, gates to their sites are offered anew. If
+//       / \         / \       earlier, small gates from moved to passed ones are, looked for on
+//                             the side that has fewer.
 //
 // So gates are taken in ascending order of time, as in the restoration of shortest paths
-// (Ramalingam and Reps 1996).
+// (Ramalingam and Reps 1996), and what has happened is final.
 //
 // Links (links.hpp) learns which vertices are followed by others than before.
 //
