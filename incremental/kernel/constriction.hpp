@@ -120,20 +120,20 @@ class Constriction : public Captures {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
                 if (m.is_ghost(x)) {
-                    wait_for(m.twin(m.hull_edge(x)));
+                    queue(m.twin(m.hull_edge(x)));
                 } else {
-                    wait_for_gates_into(x);
+                    queue_gates_into(x);
                 }
             }
         }
-        wait_for_freed();
+        queue_gates_at_freed();
         do {
             if (touched_ + static_cast<std::int64_t>(work_ / kRatio) > enough) return false;
-            for (std::size_t i = 0; i < waiting_.size(); ++i) {
+            for (std::size_t i = 0; i < queue_.size(); ++i) {
                 fetch_ahead(i);
-                offer(waiting_[i]);
+                offer(queue_[i]);
             }
-            waiting_.clear();
+            queue_.clear();
         } while (proceed());
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
@@ -160,7 +160,7 @@ class Constriction : public Captures {
         loosened_.clear();
         freed_.clear();
         retired_.clear();
-        waiting_.clear();
+        queue_.clear();
         open_.clear();
     }
 
@@ -219,7 +219,7 @@ class Constriction : public Captures {
 
     // Ends one whose triangle stays: its gates may be open again.
     void put_back(Index e) {
-        wait_for_gates_into(Mesh::triangle(forest_.edge(e)));
+        queue_gates_into(Mesh::triangle(forest_.edge(e)));
         kill(e);
     }
 
@@ -245,19 +245,19 @@ class Constriction : public Captures {
 
     bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
 
-    void wait_for(Index edge) {
-        waiting_.push_back(edge);
+    void queue(Index edge) {
+        queue_.push_back(edge);
         t_.mesh().prefetch(edge);
         __builtin_prefetch(&event_of_[at(Mesh::triangle(edge))]);
     }
     // Fetches what the gates of which the i-th is next will look at.
     void fetch_ahead(std::size_t i) const {
-        if ((i += kAhead) < waiting_.size()) {
-            Index o = t_.mesh().twin(waiting_[i]), e = event_of_[at(Mesh::triangle(o))];
+        if ((i += kAhead) < queue_.size()) {
+            Index o = t_.mesh().twin(queue_[i]), e = event_of_[at(Mesh::triangle(o))];
             if (e != kNone) forest_.prefetch(e);
         }
-        if ((i += kAhead) < waiting_.size()) {
-            Index o = t_.mesh().twin(waiting_[i]), v = t_.mesh().apex(waiting_[i]);
+        if ((i += kAhead) < queue_.size()) {
+            Index o = t_.mesh().twin(queue_[i]), v = t_.mesh().apex(queue_[i]);
             __builtin_prefetch(&event_of_[at(Mesh::triangle(o))]);
             if (v != kGhost) __builtin_prefetch(&holder_[at(v)]);
         }
@@ -278,8 +278,8 @@ class Constriction : public Captures {
             }
         }
     }
-    void wait_for_gates_into(Index x) {
-        for (Index side = 0; side < 3; ++side) wait_for(3 * x + side);
+    void queue_gates_into(Index x) {
+        for (Index side = 0; side < 3; ++side) queue(3 * x + side);
     }
 
     // Gates f(edge) that lead to a vertex, or would if they were open.
@@ -292,13 +292,13 @@ class Constriction : public Captures {
             h = m.turn(h);
         } while (h != first);
     }
-    void wait_for_gates_at(Index v) {
-        visit_gates_at(v, [&](Index gate) { wait_for(gate); });
+    void queue_gates_at(Index v) {
+        visit_gates_at(v, [&](Index gate) { queue(gate); });
     }
 
-    void wait_for_freed() {
+    void queue_gates_at_freed() {
         for (Index v : freed_) {
-            if (!on_ring(v) && t_.is_site(v)) wait_for_gates_at(v);
+            if (!on_ring(v) && t_.is_site(v)) queue_gates_at(v);
         }
         freed_.clear();
     }
@@ -326,7 +326,7 @@ class Constriction : public Captures {
         } else {
             now_ = e;
             forest_.set_waiting(e, false);
-            for (Index gate : gates_of(e)) wait_for(gate);
+            for (Index gate : gates_of(e)) queue(gate);
         }
         return true;
     }
@@ -339,8 +339,8 @@ class Constriction : public Captures {
         hold(target, e);
         ++touched_;
         changed_.push_back(x);
-        wait_for_freed();
-        for (Index opened : gates_of(e)) wait_for(opened);
+        queue_gates_at_freed();
+        for (Index opened : gates_of(e)) queue(opened);
     }
 
     // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
@@ -350,7 +350,7 @@ class Constriction : public Captures {
         if (parent != kNone && !is_opener_adrift && graft(e, parent)) return;
         if (forest_.is_adrift(e)) {
             put_back(e);
-            wait_for_freed();
+            queue_gates_at_freed();
         } else {
             set_adrift(e, is_opener_adrift ? parent : kNone);
         }
@@ -372,7 +372,7 @@ class Constriction : public Captures {
             visit_children(x, [&](Index child) {
                 if (!forest_.is_adrift(child)) orphan(child);
             });
-            wait_for_gates_at(t_.mesh().apex(forest_.edge(x)));
+            queue_gates_at(t_.mesh().apex(forest_.edge(x)));
         }
         work_ += inside_.size();
     }
@@ -435,7 +435,7 @@ class Constriction : public Captures {
             list(run);
         }
         for (Index x : inside_) {
-            if (is_taken(x)) wait_for_gates_at(t_.mesh().apex(forest_.edge(x)));
+            if (is_taken(x)) queue_gates_at(t_.mesh().apex(forest_.edge(x)));
         }
         work_ += inside_.size();
         return true;
@@ -520,9 +520,9 @@ class Constriction : public Captures {
                 in = run->first;
             }
         }
-        auto offer_small = [&](Index gate) {
+        auto queue_small = [&](Index gate) {
             if (!is_inside(Mesh::triangle(gate))) return;
-            if (make_gate(t_, gate).key <= largest) wait_for(gate);
+            if (make_gate(t_, gate).key <= largest) queue(gate);
         };
         bool are_fewer_inside = run == runs_.end();
         const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
@@ -530,9 +530,9 @@ class Constriction : public Captures {
             fetch_ahead(events, i);
             if (!is_taken(events[i])) continue;
             if (are_fewer_inside) {
-                for (Index gate : gates_of(events[i])) offer_small(gate);
+                for (Index gate : gates_of(events[i])) queue_small(gate);
             } else {
-                visit_gates_at(t_.mesh().apex(forest_.edge(events[i])), offer_small);
+                visit_gates_at(t_.mesh().apex(forest_.edge(events[i])), queue_small);
             }
         }
         work_ += events.size();
@@ -561,7 +561,7 @@ class Constriction : public Captures {
     // A change in progress: triangles that went, that came, others that changed sides, vertices
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
     // to be offered.
-    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, waiting_;
+    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_, queue_;
     std::size_t work_ = 0;       // events that were looked at again
     Index now_ = Forest::kRoot;  // the last event that has happened, as far as the repair is
     struct Smaller {
