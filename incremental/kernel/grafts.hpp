@@ -1,0 +1,263 @@
+// An event gets another parent, and what hangs from it comes along.
+//
+// Theory (section 3.2 of docs/theory.md). Where a gate opens behind which an orphan stands, the
+// event that opened the gate is its parent now. Mostly it stands where it belongs already, and
+// nothing else happens. Else it is
+//
+//     delayed     to behind the parent, with the runs (forest.hpp) that hang from it up to there;
+//     advanced    with the runs behind it that hang from it, until one need not move;
+//     landed      from adrift, with all that hangs from it.
+//
+//      q           p          Of what comes later, gates to its sites are queued to be offered
+//       \    ==>    \         anew. Of what comes earlier, small gates to sites of what was
+//        e           e        passed are, looked for on the side that has fewer. What lands comes
+//       / \         / \       later than it went adrift, so its gates need not be.
+//
+// Cost: O(log n) for each event looked at: those that moved or the fewer of them and those passed.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "captures.hpp"
+
+namespace flintknap {
+
+class Grafts : public Captures {
+   public:
+    using Captures::Captures;
+
+   protected:
+    static constexpr std::size_t kAhead = 3;  // so many gates are fetched ahead
+
+    // The gates that an event opens; the events f(child) that have been through one.
+    std::array<Index, 2> gates_of(Index e) const {
+        Index edge = forest_.edge(e);
+        return {t_.mesh().twin(Mesh::next(edge)), t_.mesh().twin(Mesh::prev(edge))};
+    }
+    template <class F>
+    void visit_children(Index e, F&& f) const {
+        for (Index gate : gates_of(e)) {
+            Index child = entered_through(gate);
+            if (child != kNone) f(child);
+        }
+    }
+
+    bool is_orphan(Index e) const { return forest_.parent(e) == kNone && !forest_.is_dead(e); }
+
+    void queue(Index edge) {
+        queue_.push_back(edge);
+        t_.mesh().prefetch(edge);
+        __builtin_prefetch(&event_of_[at(Mesh::triangle(edge))]);
+    }
+    void queue_gates_into(Index x) {
+        for (Index side = 0; side < 3; ++side) queue(3 * x + side);
+    }
+
+    // Gates f(edge) that lead to a vertex, or would if they were open.
+    template <class F>
+    void visit_gates_at(Index v, F&& f) const {
+        const Mesh& m = t_.mesh();
+        Index first = m.leaving(v), h = first;
+        do {
+            if (is_inside(Mesh::triangle(h))) f(Mesh::next(h));
+            h = m.turn(h);
+        } while (h != first);
+    }
+    void queue_gates_at(Index v) {
+        visit_gates_at(v, [&](Index gate) { queue(gate); });
+    }
+
+    // The event behind the run that starts with r, or kNone.
+    Index end_of_run(Index r) const { return forest_.first_as_large(r, forest_.gate(r)); }
+
+    // Hangs event e from the event that opens its gate now. False if that one hangs from e.
+    bool graft(Index e, Index parent) {
+        if (forest_.first_as_large(parent, forest_.gate(e)) == e) {
+            forest_.set_parent(e, parent);
+            return true;
+        }
+        if (forest_.earlier(e, parent)) return delay(e, parent);
+        return forest_.is_adrift(e) ? land(e, parent) : advance(e, parent);
+    }
+
+    std::vector<Index> queue_;   // gates to be offered
+    std::size_t work_ = 0;       // events that were looked at again
+    std::vector<Index> inside_;  // those that moved
+
+   private:
+    // A run of events: one and those behind it that are smaller, mostly what hangs from it.
+    struct Run {
+        Index first, last;
+    };
+
+    Index last_before(Index end) const {
+        return end == kNone ? forest_.last() : forest_.previous(end);
+    }
+
+    // Adds a run to the list of what has moved.
+    void list(Run run) {
+        inside_.push_back(run.first);
+        while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
+    }
+
+    // Whether an event is in one of the runs to be moved, which are in order.
+    bool is_in_runs(Index e) const {
+        auto run = std::upper_bound(runs_.begin(), runs_.end(), e, [&](Index x, const Run& r) {
+            return forest_.earlier(x, r.first);
+        });
+        return run != runs_.begin() && !forest_.earlier((--run)->last, e);
+    }
+    bool hangs_from_runs(Index r) const {
+        return forest_.parent(r) != kNone && is_in_runs(forest_.parent(r));
+    }
+
+    void move(Run run) {
+        Index parent = forest_.parent(run.first);
+        forest_.move(run.first, run.last, forest_.first_as_large(parent, forest_.gate(run.first)));
+    }
+
+    // Grafts e where it comes later. Of the runs that hang from it, those move along that have come
+    // before the new parent.
+    bool delay(Index e, Index parent) {
+        runs_.clear();
+        for (Index r = e, end = kNone;; r = end) {
+            end = end_of_run(r);
+            bool hangs = r == e || hangs_from_runs(r);
+            if (end == kNone || forest_.earlier(parent, end)) {
+                if (hangs) return false;
+                break;
+            }
+            if (hangs) runs_.push_back({r, last_before(end)});
+            ++work_;
+        }
+        forest_.set_parent(e, parent);
+        inside_.clear();
+        for (Run run : runs_) {
+            move(run);
+            list(run);
+        }
+        for (Index x : inside_) {
+            if (is_taken(x)) queue_gates_at(t_.mesh().apex(forest_.edge(x)));
+        }
+        work_ += inside_.size();
+        return true;
+    }
+
+    // Grafts e where it comes earlier. Of the runs that hang from it, those move along that are not
+    // larger than all that e has passed.
+    bool advance(Index e, Index parent) {
+        runs_.clear();
+        forest_.set_parent(e, parent);
+        double largest = forest_.key(e);
+        Index r = e;
+        while (true) {
+            Index end = end_of_run(r);
+            if (r == e || hangs_from_runs(r)) {
+                if (forest_.first_as_large(forest_.parent(r), forest_.gate(r)) == r) break;
+                runs_.push_back({r, last_before(end)});
+                move(runs_.back());
+                largest = forest_.key(r);
+            } else if (forest_.first_as_large(runs_.back().last, forest_.gate(r)) == r) {
+                break;
+            }
+            r = end;
+            ++work_;
+        }
+        recheck(e, r, std::max(largest, forest_.key(r)));
+        return true;
+    }
+
+    // Grafts e, which is adrift, with all that hangs from it.
+    bool land(Index e, Index parent) {
+        inside_.clear();
+        forest_.set_parent(e, parent);
+        std::size_t adrift = 1;  // whose parents are not
+        for (Index r = e, end = kNone; adrift > 0; r = end) {
+            end = end_of_run(r);
+            ++work_;
+            if (forest_.parent(r) == kNone || forest_.is_adrift(forest_.parent(r))) continue;
+            Run run{r, last_before(end)};
+            move(run);
+            --adrift;
+            std::size_t listed = inside_.size();
+            list(run);
+            for (; listed < inside_.size(); ++listed) {
+                Index x = inside_[listed];
+                if (forest_.is_dead(x)) continue;
+                visit_children(x, [&](Index child) {
+                    if (forest_.parent(child) == x && forest_.is_adrift(child)) ++adrift;
+                });
+            }
+        }
+        work_ += inside_.size();
+        return true;
+    }
+
+    // Runs have moved, to where they come before some of those between `from` and `to`: gates that
+    // lead from moved events to sites of passed ones may be the first that do so. Either the ones
+    // are looked through for them or the others, whichever are fewer. Gates larger than the largest
+    // of all these have their places behind them, as before.
+    void recheck(Index from, Index to, double largest) {
+        inside_.clear();
+        outside_.clear();
+        auto run = runs_.begin(), passed = run;
+        for (Index in = run->first, out = from; run != runs_.end();) {
+            while (passed != runs_.end() && out == passed->first) {
+                out = forest_.next(passed->last);
+                ++passed;
+            }
+            if (out == to) break;
+            outside_.push_back(out);
+            out = forest_.next(out);
+            inside_.push_back(in);
+            if (in != run->last) {
+                in = forest_.next(in);
+            } else if (++run != runs_.end()) {
+                in = run->first;
+            }
+        }
+        auto queue_small = [&](Index gate) {
+            if (!is_inside(Mesh::triangle(gate))) return;
+            if (make_gate(t_, gate).key <= largest) queue(gate);
+        };
+        bool are_fewer_inside = run == runs_.end();
+        const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
+        for (std::size_t i = 0; i < events.size(); ++i) {
+            fetch_ahead(events, i);
+            if (!is_taken(events[i])) continue;
+            if (are_fewer_inside) {
+                for (Index gate : gates_of(events[i])) queue_small(gate);
+            } else {
+                visit_gates_at(t_.mesh().apex(forest_.edge(events[i])), queue_small);
+            }
+        }
+        work_ += events.size();
+    }
+
+    // Fetches what those events will be asked for of which the i-th is next.
+    void fetch_ahead(const std::vector<Index>& events, std::size_t i) const {
+        const Mesh& m = t_.mesh();
+        auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
+        if (i + 4 * kAhead < events.size()) forest_.prefetch(events[i + 4 * kAhead]);
+        if (Index h = edge(i + 3 * kAhead); h >= 0) {
+            __builtin_prefetch(&event_of_[at(Mesh::triangle(h))]);
+            m.prefetch(h);
+        }
+        if (Index h = edge(i + 2 * kAhead); h >= 0) {
+            for (Index gate : {m.twin(Mesh::next(h)), m.twin(Mesh::prev(h))}) {
+                __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
+                m.prefetch(gate);
+            }
+        }
+    }
+
+    // Whether an event is neither dead nor without an edge.
+    bool is_taken(Index e) const { return forest_.edge(e) >= 0; }
+
+    std::vector<Run> runs_;  // those that a graft moves
+    std::vector<Index> outside_;
+};
+
+}  // namespace flintknap
