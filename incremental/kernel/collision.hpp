@@ -104,12 +104,6 @@ class Segment {
 };
 
 // ------------------------------------------------------------------ parameters
-template <int N>
-Expansion<N> scaled(Expansion<N> e, int exponent) {
-    for (int n = 0; n < e.size; ++n) e.part[at(n)] = std::ldexp(e[n], exponent);
-    return e;
-}
-
 // part / whole, 0 < part <= whole, correctly rounded; `start` is a few ulps off at most. Scaled
 // to about 1 meanwhile, so that no product falls out of range.
 template <int M, int N>
