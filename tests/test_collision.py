@@ -141,7 +141,15 @@ def test_answers_forget_history() -> None:
 @given(rings_and_segments())
 def test_segments_agree_with_fractions(case: tuple[Points, Segments]) -> None:
     points, segments = case
-    judges.segments(made(points), segments)
+    engine = made(points)
+    judges.segments(engine, segments)
+    starts, stops = segments[:, :2].tolist(), segments[:, 2:].tolist()
+    for _ in range(4):  # the cells they begin in are drawn
+        for x, y in starts:
+            engine.side(x, y)
+    engine.check()
+    judges.segments(engine, segments)
+    judges.sides(engine, np.array([*starts, *stops]).reshape(-1, 2))
 
 
 def test_segments_agree_with_geos() -> None:

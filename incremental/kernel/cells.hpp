@@ -33,10 +33,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "marks.hpp"
 #include "queries.hpp"
 #include "raster.hpp"
 #include "splices.hpp"
@@ -45,7 +47,7 @@ namespace flintknap {
 
 class Cells {
    public:
-    static constexpr std::size_t kRoom = 28;
+    static constexpr std::size_t kRoom = Marks::kLeaves;
     static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
 
     struct alignas(64) Cell {
@@ -81,10 +83,10 @@ class Cells {
         Index known = made(at_q.column, at_q.row);
         if (known < 0) return known == kInside ? 1 : -1;
         Cell& cell = cells_[at(known)];
-        int told = cell.raster.side(at_q.in_raster());
-        if (told != 0) return told;
+        int told = side_at(known, at_q, q);
+        if (told != kUntold) return told;
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        note_question(cell, at_q.column, at_q.row);
+        note_question(known, at_q.column, at_q.row);
         return side_of(crossed(cell, q));
     }
 
@@ -94,29 +96,59 @@ class Cells {
         if (columns_ == 0) begin();
         if (!frame_.holds(p) || !frame_.holds(q)) return Raster::kEdges;
         Spot first = spot(p), last = spot(q);
-        auto [left, right] = std::minmax({first.column, last.column});
-        auto [low, high] = std::minmax({first.row, last.row});
-        if (right - left > 1 || high - low > 1) return Raster::kEdges;
-        Index at_first = ask(first.column, first.row), at_last = at_first;
-        bool is_one = left == right && low == high;
-        if (is_one && at_first < 0) return kind(at_first);
-        if (!is_one) at_last = ask(last.column, last.row);
-        unsigned seen = kind_at(at_first, first) | kind_at(at_last, last);
-        if (Raster::are_both(seen)) return seen;
-        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
-        for (Index y = low; y <= high; ++y) {
-            for (Index x = left; x <= right; ++x) {
-                Index known = made(x, y);
-                const auto here = way.from(corner(x, y));
-                if (known >= 0) {
-                    seen |= cells_[at(known)].raster.along(here);
-                } else if (Raster::is_met(here)) {
-                    seen |= kind(known);
-                }
-                if (Raster::are_both(seen)) return seen;
-            }
+        int wide = last.column - first.column, high = last.row - first.row;
+        if (wide * wide > 1 || high * high > 1) return Raster::kEdges;
+        Index one = made(first.column, first.row), other = made(last.column, last.row);
+        Index third = made(first.column, last.row), fourth = made(last.column, first.row);
+        if (one < 0 && one == other && one == third && one == fourth) return kind(one);
+        unsigned seen = kind_at(first) | kind_at(last);
+        double x = last.parts.x - first.parts.x, y = last.parts.y - first.parts.y;
+        for (double t : {0.25, 0.5, 0.75}) {  // no branches: they could not be foreseen
+            seen |= kind_at(spot_at({first.parts.x + t * x, first.parts.y + t * y}));
         }
+        if (Raster::are_both(seen)) return seen;
+        note_question(one, first.column, first.row);
+        note_question(other, last.column, last.row);
+        pass_along(first, last, [&](Index known, const Raster::Slant& here) {
+            if (known >= 0) {
+                seen |= cells_[at(known)].raster.along(here);
+            } else if (Raster::is_met(here)) {
+                seen |= kind(known);
+            }
+            return Raster::are_both(seen);
+        });
         return seen;
+    }
+
+    // Calls f(leaf, place) for edges, among them all that meet a short segment, until it returns
+    // true. Returns whether it did; nothing if marks do not tell all edges.
+    template <class F>
+    std::optional<bool> visit_along(Point p, Point q, F f) {
+        if (columns_ == 0) begin();
+        if (!frame_.holds(p) || !frame_.holds(q)) return {};
+        bool is_done = false, is_all = true;
+        auto look_at = [&](Index known, const Raster::Slant& here) {
+            if (known < 0) return false;
+            const Cell& cell = cells_[at(known)];
+            const Marks& marks = marks_[at(known)];
+            Mark last = Mark::none();
+            Raster::trace(here, [&](int row, double from, double to) {
+                std::uint32_t left = Raster::span(from, to) & cell.raster.unclear(row);
+                is_all = is_all && (left & ~cell.raster.marked(row)) == 0;
+                for (; is_all && !is_done && left != 0; left &= left - 1) {
+                    Mark mark = marks.find(cell.raster, lowest(left), row);
+                    if (mark == last) continue;
+                    last = mark;
+                    Index leaf = cell.leaves[mark.leaf()];
+                    is_done =
+                        f(leaf, mark.place()) || (mark.is_corner() && f(leaf, mark.place() + 1));
+                }
+                return is_done || !is_all;
+            });
+            return is_done || !is_all;
+        };
+        bool is_short = pass_along(spot(p), spot(q), look_at);
+        return is_done || (is_short && is_all) ? std::optional<bool>(is_done) : std::nullopt;
     }
 
     // Calls f(leaf) for leaves, until it returns true. Returns whether it did, or these are all
@@ -164,7 +196,8 @@ class Cells {
     }
 
     std::size_t bytes() const {
-        return cells_.capacity() * sizeof(Cell) + known_.capacity() * sizeof(Index);
+        return cells_.capacity() * sizeof(Cell) + marks_.capacity() * sizeof(Marks) +
+               known_.capacity() * sizeof(Index);
     }
 
     // The first broken invariant, or nothing. O(n log n).
@@ -180,8 +213,10 @@ class Cells {
                 bool is_so = known == (cell.count > 0 ? known : side_all_over(cell));
                 if (known >= 0) {
                     const Cell& old = cells_[at(known)];
-                    if (old.is_drawn()) draw(cell, x, y);
-                    is_so = is_so && are_alike(old, cell) && old.raster == cell.raster;
+                    Marks marks;
+                    if (old.is_drawn()) draw(cell, marks, x, y);
+                    is_so = is_so && are_alike(old, cell) && old.raster == cell.raster &&
+                            are_alike(marks_[at(known)], marks, cell.raster);
                 }
                 if (!is_so) {
                     return "cell " + std::to_string(x) + ", " + std::to_string(y) +
@@ -195,6 +230,9 @@ class Cells {
    private:
     static constexpr Index kShare = 16;  // vertices a cell
     static constexpr double kMargin = 0.125;
+
+    // Rasters of cells without leaves.
+    inline static const Raster kPlain[] = {Raster::all(false), Raster::all(true)};
 
     // Of a cell without leaves.
     static constexpr Index kOutside = -2, kInside = -3;
@@ -219,6 +257,7 @@ class Cells {
         std::size_t cells = at(columns) * at(rows);
         known_.assign(cells, kNone);
         cells_.clear();
+        marks_.clear();
         free_ = kNone;
         x_scale_ = columns / (frame_.x_high - frame_.x_low);
         y_scale_ = rows / (frame_.y_high - frame_.y_low);
@@ -258,25 +297,23 @@ class Cells {
                 static_cast<double>(row) * Raster::kSide};
     }
     Point in_raster(Point q, Index column, Index row) const {
-        return Spot{in_parts(q), column, row}.in_raster();
+        Point parts = in_parts(q), origin = corner(column, row);
+        return {parts.x - origin.x, parts.y - origin.y};
     }
-    // Where a place in the frame is.
+    // Where a place in the frame is: its cell, and its part there.
     struct Spot {
         Point parts;
         Index column, row;
-
-        Point in_raster() const {
-            Point origin = corner(column, row);
-            return {parts.x - origin.x, parts.y - origin.y};
-        }
+        int x, y;
     };
-    Spot spot(Point q) const {
-        Point parts = in_parts(q);
-        auto cell = [](double v, Index n) {
-            return std::min(static_cast<Index>(static_cast<std::uint32_t>(v) / Raster::kSide),
-                            n - 1);
-        };
-        return {parts, cell(parts.x, columns_), cell(parts.y, rows_)};
+    Spot spot(Point q) const { return spot_at(in_parts(q)); }
+    Spot spot_at(Point parts) const {
+        auto x = static_cast<std::uint32_t>(parts.x), y = static_cast<std::uint32_t>(parts.y);
+        Index column = std::min(static_cast<Index>(x / Raster::kSide), columns_ - 1);
+        Index row = std::min(static_cast<Index>(y / Raster::kSide), rows_ - 1);
+        constexpr int last = Raster::kSide - 1;
+        return {parts, column, row, std::min(static_cast<int>(x) - column * Raster::kSide, last),
+                std::min(static_cast<int>(y) - row * Raster::kSide, last)};
     }
 
     // A cell, somewhat larger than the places in it: by more than all rounding.
@@ -318,41 +355,71 @@ class Cells {
     static Index side_all_over(const Cell& cell) { return cell.odd != 0 ? kInside : kOutside; }
 
     // One that is asked about again and again is drawn.
-    void note_question(Cell& cell, Index column, Index row) {
+    void note_question(Index known, Index column, Index row) {
+        if (known < 0) return;
+        Cell& cell = cells_[at(known)];
         if (cell.is_drawn() || cell.is_crowded()) return;
-        if (++cell.asked == kPatience) draw(cell, column, row);
+        if (cell.asked + 1 == kPatience && at(known) >= marks_.size()) marks_.resize(cells_.size());
+        if (++cell.asked == kPatience) draw(cell, marks_[at(known)], column, row);
     }
 
-    // What is known of a cell that is asked about once more.
-    Index ask(Index column, Index row) {
-        Index known = made(column, row);
-        if (known >= 0) note_question(cells_[at(known)], column, row);
-        return known;
+    // Of a place in a cell, as far as its raster and its marks tell.
+    static constexpr int kUntold = 2;
+    int side_at(Index known, const Spot& spot, Point q) const {
+        const Raster& raster = cells_[at(known)].raster;
+        const Marks* marks = marks_.data() + known;
+        marks->fetch();
+        int told = raster.side(spot.x, spot.y);
+        if (told != Raster::kMarked) return told != 0 ? told : kUntold;
+        marks->fetch_leaves();
+        Mark mark = marks->find(raster, spot.x, spot.y);
+        return flintknap::side(ring_.leaf_in(marks->leaf(mark)), mark, q);
     }
 
-    // The same as bits of Raster; of a place, if it is known what is there.
+    // Calls f(known, slant as seen there) for the cells that a segment may meet until it returns
+    // true. False if these are not within two by two.
+    template <class F>
+    bool pass_along(const Spot& first, const Spot& last, F f) {
+        auto [left, right] = std::minmax({first.column, last.column});
+        auto [low, high] = std::minmax({first.row, last.row});
+        if (right - left > 1 || high - low > 1) return false;
+        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
+        for (Index y = low; y <= high; ++y) {
+            for (Index x = left; x <= right; ++x) {
+                if (f(made(x, y), way.from(corner(x, y)))) return true;
+            }
+        }
+        return true;
+    }
+
+    // The same as bits of Raster; of a place in parts of rasters, nothing where edges are near.
     static unsigned kind(Index known) {
         return known == kInside    ? Raster::kInside
                : known == kOutside ? Raster::kOutside
                                    : Raster::kEdges;
     }
-    unsigned kind_at(Index known, const Spot& place) const {
-        if (known < 0) return kind(known);
-        int told = cells_[at(known)].raster.side(place.in_raster());
-        return told > 0 ? Raster::kInside : told < 0 ? Raster::kOutside : 0;
+    unsigned kind_at(const Spot& spot) const {
+        Index known = known_[place(spot.column, spot.row)];
+        const Raster* raster = known >= 0 ? &cells_[at(known)].raster : &kPlain[known == kInside];
+        return raster->kind(spot.x, spot.y);
     }
 
-    void draw(Cell& cell, Index column, Index row) const {
+    void draw(Cell& cell, Marks& marks, Index column, Index row) const {
         Raster& raster = cell.raster;
+        Sketch sketch;
         raster.clear();
-        const Box near = box(column, row);
+        const Box around = box(column, row);
         for (std::size_t i = 0; i < cell.count; ++i) {
             const Ring::Node& n = ring_.node(cell.leaves[i]);
             const Ring::Leaf& leaf = ring_.leaf_at(n);
-            for (std::int64_t left = not_beside(leaf, n.count, near); left != 0; left &= left - 1) {
+            for (std::int64_t left = not_beside(leaf, n.count, around); left != 0;
+                 left &= left - 1) {
                 int e = lowest(left);
                 raster.add(in_raster({leaf.x[e], leaf.y[e]}, column, row),
-                           in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row));
+                           in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row),
+                           [&](int r, std::uint32_t near, std::uint32_t met) {
+                               sketch.add(Mark(i, e), r, near, met);
+                           });
             }
         }
         raster.settle([&](int x, int y) {
@@ -363,6 +430,8 @@ class Cells {
                             this->column(q.x) == column && this->row(q.y) == row;
             return is_there ? side_of(crossed(cell, q)) : 0;
         });
+        sketch.finish(raster, marks, cell.count,
+                      [&](std::size_t i) { return ring_.node(cell.leaves[i]).left; });
     }
 
     void make(Cell& cell, const Box& box) const {
@@ -452,10 +521,22 @@ class Cells {
         };
         return a.odd == b.odd && listed(a) == listed(b);
     }
+    static bool are_alike(const Marks& a, const Marks& b, const Raster& raster) {
+        for (int row = 0; row < Raster::kSide; ++row) {
+            for (std::uint32_t left = raster.marked(row); left != 0; left &= left - 1) {
+                Mark m = a.find(raster, lowest(left), row), n = b.find(raster, lowest(left), row);
+                if (a.leaf(m) != b.leaf(n) || m.place() != n.place() ||
+                    m.is_corner() != n.is_corner())
+                    return false;
+            }
+        }
+        return true;
+    }
 
     const Ring& ring_;
     Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
     Array<Cell> cells_;
+    Array<Marks> marks_;  // of cells that are drawn
     Index free_ = kNone;  // the first cell that is not in use; their leaves[0] are the next ones
     Box frame_ = {};
     Index columns_ = 0, rows_ = 0;      // 0 while there is no grid

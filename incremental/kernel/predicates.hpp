@@ -173,7 +173,7 @@ inline int orient(Point a, Point b, Point c) {
     double left = (a.x - c.x) * (b.y - c.y), right = (a.y - c.y) * (b.x - c.x);
     double det = left - right,
            bound = (3 + 16 * kUlp) * kUlp * (std::fabs(left) + std::fabs(right));
-    if (det > bound || det < -bound) return det > 0 ? 1 : -1;
+    if (std::fabs(det) > bound) return det > 0 ? 1 : -1;
     return exact_cross(a, b, c).sign();
 }
 
