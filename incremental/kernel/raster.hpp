@@ -76,8 +76,6 @@ class Raster {
         return is_clear << (is_inside ^ 1);
     }
 
-    void fetch(int row) const { __builtin_prefetch(&rows_[at(row)]); }
-
     // Parts of a row, as bits, that are not clear, those of them that are marked, and how many of
     // these come before a column.
     std::uint32_t unclear(int row) const { return ~rows_[at(row)].clear; }

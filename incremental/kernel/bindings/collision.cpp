@@ -24,20 +24,18 @@ struct Ends {
     }
 };
 
-// How many rows ahead something is fetched.
-constexpr std::size_t kAhead = 8;
-
 // Calls f(i) for some rows of columns, along a curve through the places (x, y) in the first two:
 // each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
 template <class F>
 void along_curve(std::initializer_list<const DoubleArray*> columns,
                  const std::vector<std::size_t>& rows, F f) {
+    constexpr std::size_t ahead = 8;
     const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
     Order order =
         curve_order(rows.size(), [&](std::size_t i) { return Point{x(rows[i]), y(rows[i])}; });
     for (std::size_t i = 0; i < order.size(); ++i) {
-        if (i + kAhead < order.size()) {
-            std::size_t next = rows[order[i + kAhead]];
+        if (i + ahead < order.size()) {
+            std::size_t next = rows[order[i + ahead]];
             for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
         }
         f(rows[order[i]]);
@@ -125,10 +123,6 @@ auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Dou
         Cells& cells = k.object().cells();
         std::vector<std::size_t> left;
         for (std::size_t i = 0; i < answers.size(); ++i) {
-            if (i + kAhead < answers.size()) {
-                cells.fetch({x0(i + kAhead), y0(i + kAhead)});
-                cells.fetch({x1(i + kAhead), y1(i + kAhead)});
-            }
             auto told = Question::at_a_glance(cells, {x0(i), y0(i)}, {x1(i), y1(i)});
             answers[i] = told.value_or(false);
             if (!told) left.push_back(i);
