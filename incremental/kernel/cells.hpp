@@ -122,7 +122,7 @@ class Cells {
         return seen;
     }
 
-    // Calls f(leaf, place) for edges, among them all that meet a short segment, until it returns
+    // Calls f(leaf, n, place) for edges, among them all that meet a short segment, until it returns
     // true. Returns whether it did; nothing if marks do not tell all edges.
     template <class F>
     std::optional<bool> visit_along(Point p, Point q, F f) {
@@ -137,12 +137,14 @@ class Cells {
                 std::uint32_t left = Raster::span(from, to) & cell.raster.unclear(row);
                 is_all = is_all && (left & ~cell.raster.marked(row)) == 0;
                 for (; is_all && !is_done && left != 0; left &= left - 1) {
-                    Mark mark = marks_[at(known)].find(cell.raster, lowest(left), row);
+                    const Marks& marks = marks_[at(known)];
+                    Mark mark = marks.find(cell.raster, lowest(left), row);
                     if (mark == last) continue;
                     last = mark;
-                    Index leaf = cell.leaves[mark.leaf()];
-                    is_done =
-                        f(leaf, mark.place()) || (mark.is_corner() && f(leaf, mark.place() + 1));
+                    Index n = cell.leaves[mark.leaf()];
+                    const Ring::Leaf& leaf = ring_.leaf_in(marks.leaf(mark));
+                    is_done = f(leaf, n, mark.place()) ||
+                              (mark.is_corner() && f(leaf, n, mark.place() + 1));
                 }
                 return is_done || !is_all;
             });
