@@ -2,8 +2,9 @@
 // with cells that follow and without.
 //
 // The model is a list of vertices; what a change does to it is told as the boundary tells it: each
-// vertex that is followed by another one than before, each slot that got a new site. The polygons
-// cross themselves, which neither the sequence nor the parity of crossings minds.
+// vertex that is followed by another one than before, each slot that got a new site. Most polygons
+// cross themselves, which neither the sequence nor the parity of crossings minds; the others are
+// simple, as seen from a centre, and cells are asked about sides.
 //
 // Prints what broke, and fails if anything did.
 #include <algorithm>
@@ -40,6 +41,7 @@ class Model {
     }
 
     std::size_t size() const { return list_.size(); }
+    bool is_simple() const { return is_simple_; }
     std::size_t random(std::size_t n) { return dice_() % n; }
 
     void grow(std::size_t place, std::size_t n) {
@@ -68,6 +70,35 @@ class Model {
     }
     // As removed by one change and brought back by another.
     void touch_any() { links.touch(Index(random(sites_.size()))); }
+
+    // Makes a simple polygon of four corners about the centre, and keeps it one: all directions
+    // from there differ, and no two that follow each other by half a turn.
+    void begin_simple() {
+        is_simple_ = true;
+        double high = double(grid_) + 1;
+        for (Point p : {Point{-1, -1}, {high, -1}, {high, high}, {-1, high}})
+            list_.push_back(vertex_at(p));
+    }
+    void grow_simple(std::size_t n) {
+        for (; n > 0; --n) {
+            Point p = {double(random(8 * grid_)) / 8, double(random(8 * grid_)) / 8};
+            for (std::size_t i = 0; i < size(); ++i) {
+                if (!is_between(i, p, i + 1)) continue;
+                list_.insert(list_.begin() + std::ptrdiff_t(i) + 1, vertex_at(p));
+                break;
+            }
+        }
+    }
+    void shrink_simple(std::size_t place) {
+        Point before = site_at(place + size() - 1), after = site_at(place + 1);
+        if (orient(centre_, before, after) > 0) shrink(place, 1);
+    }
+    void replace_simple(std::size_t place) {
+        Point p = somewhere();
+        if (!is_between(place + size() - 1, p, place + 1)) return;
+        sites_[at(list_[place])] = p;
+        links.touch(list_[place]);
+    }
 
     // Tells who is followed by another one.
     void tell() {
@@ -127,7 +158,7 @@ class Model {
         std::vector<Point> places = some_places();
         for (std::size_t i = 0; i < places.size(); ++i) {
             Point q = places[i];
-            if (cells.side(q) != side(ring, q)) fail("another side, by cells");
+            if (is_simple_ && cells.side(q) != side(ring, q)) fail("another side, by cells");
             if (i % 4 != 0) continue;
             double far = NearestSearch(ring).ask_distance(q);
             if (far != NearestSearch(ring, &cells).ask_distance(q)) fail("another distance");
@@ -161,6 +192,24 @@ class Model {
 
     double eighths() { return double(random(17)) / 8 - 1; }
     Point somewhere() { return {double(random(grid_)), double(random(grid_))}; }
+
+    Point site_at(std::size_t place) const { return site(list_[place % size()]); }
+    bool is_between(std::size_t a, Point p, std::size_t b) const {
+        return orient(centre_, site_at(a), p) > 0 && orient(centre_, p, site_at(b)) > 0;
+    }
+    Index vertex_at(Point p) {
+        Index v = slots();
+        if (free_.empty()) {
+            sites_.push_back(p);
+            following_.push_back(kNone);
+        } else {
+            v = free_.back();
+            free_.pop_back();
+            sites_[at(v)] = p;
+        }
+        links.touch(v);
+        return v;
+    }
 
     Index new_vertex() {
         if (free_.empty() || random(4) == 0) {
@@ -206,6 +255,8 @@ class Model {
 
     std::minstd_rand dice_;
     std::size_t grid_ = 1 + dice_() % 40;
+    Point centre_ = {double(grid_) / 2 + 1.0 / 64, double(grid_) / 2 + 1.0 / 128};
+    bool is_simple_ = false;
     std::vector<Index> list_;
     std::vector<Index> following_;
     std::vector<Point> sites_;
@@ -215,6 +266,14 @@ class Model {
 void change(Model& m) {
     std::size_t n = m.size(), i = m.random(n), longest = m.random(8) == 0 ? n - i : 1 + n / 40;
     std::size_t length = std::min(n - i, m.random(longest + 1));
+    if (m.is_simple()) {
+        switch (m.random(4)) {
+            case 0: return m.grow_simple(1 + m.random(1 + n / 30));
+            case 1: return m.replace_simple(i);
+            case 2: return m.touch_any();
+            default: return m.shrink_simple(i);
+        }
+    }
     switch (m.random(8)) {
         case 0: return m.grow(i, 1);
         case 1: return m.grow(i, m.random(1 + n / 30));
@@ -241,7 +300,12 @@ void run(unsigned seed) {
         model.compare(cells);
     };
     follow();
-    model.grow(0, 3 + model.random(seed % 4 == 0 ? 40 : 3000));
+    if (seed % 3 == 0) {
+        model.begin_simple();
+        model.grow_simple(model.random(seed % 4 == 0 ? 40 : 1000));
+    } else {
+        model.grow(0, 3 + model.random(seed % 4 == 0 ? 40 : 3000));
+    }
     model.tell();
     for (int step = 0; step < 60; ++step) {
         follow();

@@ -82,16 +82,38 @@ def test_roots_are_correctly_rounded(numerator: int, denominator: int, power: in
     assert exact.root(exact.Fraction(numerator) ** 2) == float(numerator)
 
 
-def test_the_nearest_of_many_is_that_with_the_smaller_coordinates() -> None:
+def test_the_nearest_of_many_is_that_with_the_smaller_start() -> None:
     engine = made(np.array(strategies.ON_CIRCLE))
-    told = engine.nearest(0.0, 0.0)  # the middles of the shortest chords are nearest
-    ring = engine.boundary().xy
+    told = engine.nearest(0.0, 0.0)  # the middles of the longest chords are nearest
+    boundary = engine.boundary()
+    ring = boundary.xy
     middles = ring / 2 + np.roll(ring, -1, axis=0) / 2
     far = np.hypot(*middles.T)
-    least = min(middles[far == far.min()].tolist())
-    assert [told.x, told.y] == least
-    corners = made(np.array(SQUARE)).nearest(-1.0, -1.0)
-    assert corners == (0.0, 0.0, math.sqrt(2), 0, 1)
+    assert (far == far.min()).sum() > 1
+    least = min(np.flatnonzero(far == far.min()), key=lambda row: ring[row].tolist())
+    assert [told.x, told.y] == middles[least].tolist()
+    assert told.start == boundary.ids[least]
+    square = made(np.array(SQUARE))
+    assert square.nearest(-1.0, -1.0) == (0.0, 0.0, math.sqrt(2), 0, 1)
+    assert square.nearest(5.0, 5.0) == (4.0, 4.0, math.sqrt(2), 1, 2)  # of 1 to 2 and 2 to 3
+    assert square.nearest(2.0, 2.0) == (2.0, 0.0, 2.0, 0, 1)  # of all four: 0 and 3 are at x = 0
+
+
+@pytest.mark.parametrize("k", [2 * 10**15 + 1, 2 * 10**15 + 3])
+@pytest.mark.parametrize(
+    ("unit", "y"),
+    [(2.0**-245, 0.0), *((u, y) for u in (1.0, 2.0**140) for y in (0, 1e-60, -1e-60))],
+)
+def test_distances_halfway_between_two_doubles(k: int, unit: float, y: float) -> None:
+    assert 5 * k > 2**53  # 54 bits, the last of them 1
+    even = float(5 * k)
+    expected = even if y == 0 else 5 * k - 1 if y > 0 else 5 * k + 1
+    corner = [(3 * k, 4 * k), (3 * k + 9, 4 * k), (3 * k, 4 * k + 9)]
+    side = [(3 * k - 4, 4 * k + 3), (3 * k + 4, 4 * k - 3), (3 * k + 9, 4 * k + 9)]
+    for points in (corner, side):
+        engine = made(unit * np.array(points, float))
+        assert engine.distance(0.0, y) == unit * expected
+        judges.distances(engine, np.array([(0.0, y)]))
 
 
 def test_answers_forget_history() -> None:
@@ -119,7 +141,15 @@ def test_answers_forget_history() -> None:
 @given(rings_and_segments())
 def test_segments_agree_with_fractions(case: tuple[Points, Segments]) -> None:
     points, segments = case
-    judges.segments(made(points), segments)
+    engine = made(points)
+    judges.segments(engine, segments)
+    starts, stops = segments[:, :2].tolist(), segments[:, 2:].tolist()
+    for _ in range(4):  # the cells they begin in are drawn
+        for x, y in starts:
+            engine.side(x, y)
+    engine.check()
+    judges.segments(engine, segments)
+    judges.sides(engine, np.array([*starts, *stops]).reshape(-1, 2))
 
 
 def test_segments_agree_with_geos() -> None:

@@ -1,10 +1,10 @@
 """What an engine tells of places, segments and other objects: inside, how far, what meets what.
 
 Theory (theory.md, sections 4 to 6). Yes and no are exact: signs of orientation decide, and touching
-counts. Distances are within 0.51 ulp of the exact ones. Answers come from the ring in boxes, which
-follows local changes; with a level or a tolerance, from the approximation of that cut, as far as it
-tells: bounds of numbers, and +1, -1 or 0, not decided, for yes or no. Those never contradict the
-exact answers, and refine only what they need.
+counts. Distances are correctly rounded. Answers come from the ring in boxes, which follows local
+changes; with a level or a tolerance, from the approximation of that cut, as far as it tells: bounds
+of numbers, and +1, -1 or 0, not decided, for yes or no. Those never contradict the exact answers,
+and refine only what they need.
 
 Cost. As stated; the first answer after a change brings the object up to date.
 
@@ -115,8 +115,8 @@ class Queries:
     ) -> float | NDArray[np.float64] | Bounds:
         """Return how far places are from the boundary, inside or outside: 0.0 on it.
 
-        Numbers or arrays, as in insert; within 0.51 ulp of the exact distance, in the unit of the
-        input. inf for a degenerate object. O(log n) a place, unless many edges are equally far.
+        Numbers or arrays, as in insert; correctly rounded, in the unit of the input. inf for a
+        degenerate object. O(log n) a place, unless many edges are equally far.
 
         With a ``level`` or a ``tolerance``: Bounds, as far as that approximation tells.
 
@@ -136,9 +136,9 @@ class Queries:
     def nearest(self, x: ArrayLike, y: ArrayLike | None = None) -> Nearest:
         """Return the nearest points of the boundary, their distances and edges.
 
-        Numbers or arrays, as in insert. Of points at the same distance the one with the smaller
-        coordinates is returned; of two edges at a vertex that with the smaller start. Cost as of
-        distance.
+        Numbers or arrays, as in insert. Of edges at the same distance, so rounded, that is taken
+        whose start has the smaller coordinates: of two at a vertex, too. Coordinates of the point
+        are rounded from 2^-95 of those of the edge. Cost as of distance.
 
         Raises InputError naming the first row at fault.
         """
@@ -320,9 +320,8 @@ class Queries:
     ) -> float | bool | Bounds | int:
         """Return how far apart the two closed objects are: 0.0 if they collide.
 
-        Within 0.51 ulp of the exact distance; inf if one is degenerate. With ``at_least``, tell
-        whether it is that or more, which may need far less work: O(log n) and the pairs of boxes
-        no farther apart.
+        Correctly rounded; inf if one is degenerate. With ``at_least``, tell whether it is that or
+        more, which may need far less work: O(log n) and the pairs of boxes no farther apart.
 
         With a ``level`` or a ``tolerance``, as far as these approximations of both tell: Bounds, or
         with ``at_least`` +1 yes, -1 no, 0 not decided.

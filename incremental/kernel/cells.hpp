@@ -21,22 +21,26 @@
 // leaves than there is room for are left to the tree; so is what is outside.
 //
 // A cell that is asked about again and again is drawn (raster.hpp): then most places in it are told
-// by one load, and so are most short segments. One that no leaf meets is wholly on one side.
+// by one load, and so are most short segments; the others mostly by an edge that is marked where
+// they lie (marks.hpp). One that no leaf meets is wholly on one side.
 //
 // Invariants (check): a cell that is known is what it would be if made now; the ring lies in the
 // frame of the grid.
-// Cost: a cell for every 16 vertices, 4 bytes each, and 384 for one with leaves, none before
-// somebody asks. To make one: O(log n) boxes on curves; to draw it: the edges in it. A place: a
-// load, or the leaves of its cell. A splice: a write a cell in its box.
+// Cost: a cell for every 16 vertices, 4 bytes each, and for one with leaves 384, drawn 1,216; none
+// before somebody asks. To make one: O(log n) boxes on curves; to draw it: the edges in it. A
+// place: a load, or an edge, or the leaves of its cell. A splice: a write a cell in its box.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "grid.hpp"
+#include "marks.hpp"
 #include "queries.hpp"
 #include "raster.hpp"
 #include "splices.hpp"
@@ -45,7 +49,7 @@ namespace flintknap {
 
 class Cells {
    public:
-    static constexpr std::size_t kRoom = 28;
+    static constexpr std::size_t kRoom = Marks::kLeaves;
     static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
 
     struct alignas(64) Cell {
@@ -65,66 +69,97 @@ class Cells {
 
     // The cell of a place in the box of the ring; nullptr if it is empty or crowded.
     const Cell* find(Point q) {
-        if (columns_ == 0) begin();
-        Index known = made(column(q.x), row(q.y));
+        if (!grid_.is_laid()) begin();
+        Index known = made(grid_.column(q.x), grid_.row(q.y));
         return known < 0 || cells_[at(known)].is_crowded() ? nullptr : &cells_[at(known)];
     }
 
     // +1 inside, 0 on the boundary, -1 outside.
     int side(Point q) {
-        if (columns_ == 0) {
+        if (!grid_.is_laid()) {
             if (ring_.empty()) return -1;
             begin();
         }
-        if (!frame_.holds(q)) return -1;
-        Spot at_q = spot(q);
+        if (!grid_.holds(q)) return -1;
+        Spot at_q = grid_.spot(q);
         Index known = made(at_q.column, at_q.row);
         if (known < 0) return known == kInside ? 1 : -1;
         Cell& cell = cells_[at(known)];
-        int told = cell.raster.side(at_q.in_raster());
-        if (told != 0) return told;
+        int told = side_at(known, at_q, q);
+        if (told != kUntold) return told;
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        note_question(cell, at_q.column, at_q.row);
+        note_question(known, at_q.column, at_q.row);
         return side_of(crossed(cell, q));
     }
 
     // What a segment comes by, as bits of Raster: its sides, and kEdges if there may be some, or
     // the way is long, or there is no need to know because it comes by both sides.
     unsigned along(Point p, Point q) {
-        if (columns_ == 0) begin();
-        if (!frame_.holds(p) || !frame_.holds(q)) return Raster::kEdges;
-        Spot first = spot(p), last = spot(q);
-        auto [left, right] = std::minmax({first.column, last.column});
-        auto [low, high] = std::minmax({first.row, last.row});
-        if (right - left > 1 || high - low > 1) return Raster::kEdges;
-        Index at_first = ask(first.column, first.row), at_last = at_first;
-        bool is_one = left == right && low == high;
-        if (is_one && at_first < 0) return kind(at_first);
-        if (!is_one) at_last = ask(last.column, last.row);
-        unsigned seen = kind_at(at_first, first) | kind_at(at_last, last);
-        if (Raster::are_both(seen)) return seen;
-        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
-        for (Index y = low; y <= high; ++y) {
-            for (Index x = left; x <= right; ++x) {
-                Index known = made(x, y);
-                const auto here = way.from(corner(x, y));
-                if (known >= 0) {
-                    seen |= cells_[at(known)].raster.along(here);
-                } else if (Raster::is_met(here)) {
-                    seen |= kind(known);
-                }
-                if (Raster::are_both(seen)) return seen;
-            }
+        if (!grid_.is_laid()) begin();
+        if (!grid_.holds(p) || !grid_.holds(q)) return Raster::kEdges;
+        Spot first = grid_.spot(p), last = grid_.spot(q);
+        int wide = last.column - first.column, high = last.row - first.row;
+        if (wide * wide > 1 || high * high > 1) return Raster::kEdges;
+        Index one = made(first.column, first.row), other = made(last.column, last.row);
+        Index third = made(first.column, last.row), fourth = made(last.column, first.row);
+        if (one < 0 && one == other && one == third && one == fourth) return kind(one);
+        unsigned seen = kind_at(first) | kind_at(last);
+        double x = last.parts.x - first.parts.x, y = last.parts.y - first.parts.y;
+        for (double t : {0.25, 0.5, 0.75}) {  // no branches: they could not be foreseen
+            seen |= kind_at(grid_.spot_at({first.parts.x + t * x, first.parts.y + t * y}));
         }
+        if (Raster::are_both(seen)) return seen;
+        note_question(one, first.column, first.row);
+        note_question(other, last.column, last.row);
+        pass_along(first, last, [&](Index known, const Raster::Slant& here) {
+            if (known >= 0) {
+                seen |= cells_[at(known)].raster.along(here);
+            } else if (Raster::is_met(here)) {
+                seen |= kind(known);
+            }
+            return Raster::are_both(seen);
+        });
         return seen;
+    }
+
+    // Calls f(leaf, n, place) for edges, among them all that meet a short segment, until it returns
+    // true. Returns whether it did; nothing if marks do not tell all edges.
+    template <class F>
+    std::optional<bool> visit_along(Point p, Point q, F f) {
+        if (!grid_.is_laid()) begin();
+        if (!grid_.holds(p) || !grid_.holds(q)) return {};
+        bool is_done = false, is_all = true;
+        auto look_at = [&](Index known, const Raster::Slant& here) {
+            if (known < 0) return false;
+            const Cell& cell = cells_[at(known)];
+            Mark last = Mark::none();
+            Raster::trace(here, [&](int row, double from, double to) {
+                std::uint32_t left = Raster::span(from, to) & cell.raster.unclear(row);
+                is_all = is_all && (left & ~cell.raster.marked(row)) == 0;
+                for (; is_all && !is_done && left != 0; left &= left - 1) {
+                    const Marks& marks = marks_[at(known)];
+                    Mark mark = marks.find(cell.raster, lowest(left), row);
+                    if (mark == last) continue;
+                    last = mark;
+                    Index n = cell.leaves[mark.leaf()];
+                    const Ring::Leaf& leaf = ring_.leaf_in(marks.leaf(mark));
+                    is_done = f(leaf, n, mark.place()) ||
+                              (mark.is_corner() && f(leaf, n, mark.place() + 1));
+                }
+                return is_done || !is_all;
+            });
+            return is_done || !is_all;
+        };
+        bool is_short = pass_along(grid_.spot(p), grid_.spot(q), look_at);
+        return is_done || (is_short && is_all) ? std::optional<bool>(is_done) : std::nullopt;
     }
 
     // Calls f(leaf) for leaves, until it returns true. Returns whether it did, or these are all
     // that have anything in a box; false if the box is large, or somewhere crowded.
     template <class F>
     bool visit(const Box& box, F f) {
-        if (columns_ == 0) begin();
-        Range cells = range(box);
+        if (!grid_.is_laid()) begin();
+        Range cells = grid_.range(box);
         if (!cells.is_small()) return false;
         bool is_all = true;
         for (Index y = cells.low; y <= cells.high; ++y) {
@@ -146,7 +181,7 @@ class Cells {
 
     // Whether all that is no farther from q than the root of this lies in the cell of q.
     bool reaches(Point q, double square) const {
-        Box b = box(column(q.x), row(q.y));
+        Box b = grid_.box(grid_.column(q.x), grid_.row(q.y));
         double x = std::min(q.x - b.x_low, b.x_high - q.x);
         double y = std::min(q.y - b.y_low, b.y_high - q.y);
         double least = std::min(x, y);
@@ -155,33 +190,38 @@ class Cells {
 
     // Forgets what a splice has changed.
     void follow(const Splices& splices) {
-        if (columns_ == 0) return;
-        if (splices.changed_all() || !fits()) {
-            columns_ = rows_ = 0;
+        if (!grid_.is_laid()) return;
+        if (splices.changed_all() || !grid_.fits(ring_)) {
+            grid_.clear();
             return;
         }
         for (const Box& b : splices.changed()) forget(b);
+        questions_ = 0;
     }
 
     std::size_t bytes() const {
-        return cells_.capacity() * sizeof(Cell) + known_.capacity() * sizeof(Index);
+        return cells_.capacity() * sizeof(Cell) + marks_.capacity() * sizeof(Marks) +
+               known_.capacity() * sizeof(Index);
     }
 
     // The first broken invariant, or nothing. O(n log n).
     std::string check() const {
-        if (columns_ == 0) return {};
-        if (!fits()) return "the grid does not fit the ring";
-        for (Index y = 0; y < rows_; ++y) {
-            for (Index x = 0; x < columns_; ++x) {
-                Index known = known_[place(x, y)];
+        if (!grid_.is_laid()) return {};
+        if (!grid_.fits(ring_)) return "the grid does not fit the ring";
+        for (Index y = 0; y < grid_.rows(); ++y) {
+            for (Index x = 0; x < grid_.columns(); ++x) {
+                Index known = known_[grid_.place(x, y)];
                 if (known == kNone) continue;
                 Cell cell;
-                make(cell, box(x, y));
+                make(cell, grid_.box(x, y));
                 bool is_so = known == (cell.count > 0 ? known : side_all_over(cell));
                 if (known >= 0) {
                     const Cell& old = cells_[at(known)];
-                    if (old.is_drawn()) draw(cell, x, y);
+                    Marks marks;
+                    if (old.is_drawn()) draw(cell, marks, x, y);
                     is_so = is_so && are_alike(old, cell) && old.raster == cell.raster;
+                    is_so = is_so &&
+                            (!old.is_drawn() || are_alike(marks_[at(known)], marks, cell.raster));
                 }
                 if (!is_so) {
                     return "cell " + std::to_string(x) + ", " + std::to_string(y) +
@@ -193,108 +233,31 @@ class Cells {
     }
 
    private:
-    static constexpr Index kShare = 16;  // vertices a cell
-    static constexpr double kMargin = 0.125;
+    using Spot = Grid::Spot;
+    using Range = Grid::Range;
+
+    // Rasters of cells without leaves.
+    inline static const Raster kPlain[] = {Raster::all(false), Raster::all(true)};
 
     // Of a cell without leaves.
     static constexpr Index kOutside = -2, kInside = -3;
     static_assert(kNone == -1);
 
-    // Of cells.
-    struct Range {
-        Index left, right, low, high;
-        bool is_small() const { return right - left <= 1 && high - low <= 1; }
-    };
-
-    // A grid of about square cells, wider than the ring by a margin, so that it seldom outgrows it.
     void begin() {
-        const Box& b = ring_.node(ring_.root()).box;
-        double width = b.x_high - b.x_low, height = b.y_high - b.y_low;
-        frame_ = {b.x_low - kMargin * width, b.y_low - kMargin * height, b.x_high + kMargin * width,
-                  b.y_high + kMargin * height};
-        double wanted = ring_.size() / kShare + 1;
-        double across = std::sqrt(wanted) * std::sqrt(width / height);
-        Index columns = static_cast<Index>(std::max(1.0, std::min(across, wanted)));
-        Index rows = static_cast<Index>(wanted) / columns + 1;
-        std::size_t cells = at(columns) * at(rows);
-        known_.assign(cells, kNone);
+        Grid grid;
+        grid.lay(ring_);
+        known_.assign(grid.size(), kNone);
         cells_.clear();
+        marks_.clear();
+        questions_ = 0;
         free_ = kNone;
-        x_scale_ = columns / (frame_.x_high - frame_.x_low);
-        y_scale_ = rows / (frame_.y_high - frame_.y_low);
-        x_slack_ = slack(frame_.x_low, frame_.x_high, columns);
-        y_slack_ = slack(frame_.y_low, frame_.y_high, rows);
-        made_for_ = ring_.size();
-        rows_ = rows;
-        columns_ = columns;
-    }
-
-    // Whether the grid holds the ring, and is neither too coarse nor too large for it.
-    bool fits() const {
-        if (ring_.empty() || ring_.size() / 2 > made_for_) return false;
-        const Box& b = ring_.node(ring_.root()).box;
-        if (!frame_.holds({b.x_low, b.y_low}) || !frame_.holds({b.x_high, b.y_high})) return false;
-        return std::max((b.x_high - b.x_low) * x_scale_ / columns_,
-                        (b.y_high - b.y_low) * y_scale_ / rows_) >= 0.25;
-    }
-
-    static Index cut(double place, Index n) {
-        return static_cast<Index>(std::max(0.0, std::min(place, n - 1.0)));
-    }
-    Index column(double x) const { return cut((x - frame_.x_low) * x_scale_, columns_); }
-    Index row(double y) const { return cut((y - frame_.y_low) * y_scale_, rows_); }
-    std::size_t place(Index column, Index row) const { return at(row) * at(columns_) + at(column); }
-    Range range(const Box& b) const {
-        return {column(b.x_low), column(b.x_high), row(b.y_low), row(b.y_high)};
-    }
-    // Coordinates in parts of rasters; of places in the frame they are off by 2^-21 at most. And
-    // those of the corner of a cell.
-    Point in_parts(Point q) const {
-        return {(q.x - frame_.x_low) * x_scale_ * Raster::kSide,
-                (q.y - frame_.y_low) * y_scale_ * Raster::kSide};
-    }
-    static Point corner(Index column, Index row) {
-        return {static_cast<double>(column) * Raster::kSide,
-                static_cast<double>(row) * Raster::kSide};
-    }
-    Point in_raster(Point q, Index column, Index row) const {
-        return Spot{in_parts(q), column, row}.in_raster();
-    }
-    // Where a place in the frame is.
-    struct Spot {
-        Point parts;
-        Index column, row;
-
-        Point in_raster() const {
-            Point origin = corner(column, row);
-            return {parts.x - origin.x, parts.y - origin.y};
-        }
-    };
-    Spot spot(Point q) const {
-        Point parts = in_parts(q);
-        auto cell = [](double v, Index n) {
-            return std::min(static_cast<Index>(static_cast<std::uint32_t>(v) / Raster::kSide),
-                            n - 1);
-        };
-        return {parts, cell(parts.x, columns_), cell(parts.y, rows_)};
-    }
-
-    // A cell, somewhat larger than the places in it: by more than all rounding.
-    Box box(Index column, Index row) const {
-        double x = (frame_.x_high - frame_.x_low) / columns_;
-        double y = (frame_.y_high - frame_.y_low) / rows_;
-        return {frame_.x_low + column * x - x_slack_, frame_.y_low + row * y - y_slack_,
-                frame_.x_low + (column + 1) * x + x_slack_,
-                frame_.y_low + (row + 1) * y + y_slack_};
-    }
-    static double slack(double low, double high, Index n) {
-        return (high - low) / n / (1 << 20) + 8 * kUlp * std::max(std::fabs(low), std::fabs(high));
+        grid_ = grid;
     }
 
     // What is known of a cell, once it is made.
     Index made(Index column, Index row) {
-        Index& known = known_[place(column, row)];
-        if (known == kNone) known = make_one(box(column, row));
+        Index& known = known_[grid_.place(column, row)];
+        if (known == kNone) known = make_one(grid_.box(column, row));
         return known;
     }
     Index make_one(const Box& box) {
@@ -317,52 +280,90 @@ class Cells {
 
     static Index side_all_over(const Cell& cell) { return cell.odd != 0 ? kInside : kOutside; }
 
-    // One that is asked about again and again is drawn.
-    void note_question(Cell& cell, Index column, Index row) {
+    // One that is asked about again and again is drawn; or at once, if all others nearly are.
+    void note_question(Index known, Index column, Index row) {
+        if (known < 0) return;
+        Cell& cell = cells_[at(known)];
         if (cell.is_drawn() || cell.is_crowded()) return;
-        if (++cell.asked == kPatience) draw(cell, column, row);
+        ++questions_;
+        bool is_due = cell.asked + 1 == kPatience || questions_ >= (kPatience - 1) * cells_.size();
+        if (!is_due) {
+            ++cell.asked;
+            return;
+        }
+        if (at(known) >= marks_.size()) marks_.resize(cells_.size());
+        draw(cell, marks_[at(known)], column, row);
+        cell.asked = kPatience;
     }
 
-    // What is known of a cell that is asked about once more.
-    Index ask(Index column, Index row) {
-        Index known = made(column, row);
-        if (known >= 0) note_question(cells_[at(known)], column, row);
-        return known;
+    // Of a place in a cell, as far as its raster and its marks tell.
+    static constexpr int kUntold = 2;
+    int side_at(Index known, const Spot& spot, Point q) const {
+        const Raster& raster = cells_[at(known)].raster;
+        if (at(known) < marks_.size()) marks_[at(known)].fetch();
+        int told = raster.side(spot.x, spot.y);
+        if (told != Raster::kMarked) return told != 0 ? told : kUntold;
+        const Marks& marks = marks_[at(known)];
+        marks.fetch_leaves();
+        Mark mark = marks.find(raster, spot.x, spot.y);
+        return flintknap::side(ring_.leaf_in(marks.leaf(mark)), mark, q);
     }
 
-    // The same as bits of Raster; of a place, if it is known what is there.
+    // Calls f(known, slant as seen there) for the cells that a segment may meet until it returns
+    // true. False if these are not within two by two.
+    template <class F>
+    bool pass_along(const Spot& first, const Spot& last, F f) {
+        auto [left, right] = std::minmax({first.column, last.column});
+        auto [low, high] = std::minmax({first.row, last.row});
+        if (right - left > 1 || high - low > 1) return false;
+        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
+        for (Index y = low; y <= high; ++y) {
+            for (Index x = left; x <= right; ++x) {
+                if (f(made(x, y), way.from(grid_.corner(x, y)))) return true;
+            }
+        }
+        return true;
+    }
+
+    // The same as bits of Raster; of a place in parts of rasters, nothing where edges are near.
     static unsigned kind(Index known) {
         return known == kInside    ? Raster::kInside
                : known == kOutside ? Raster::kOutside
                                    : Raster::kEdges;
     }
-    unsigned kind_at(Index known, const Spot& place) const {
-        if (known < 0) return kind(known);
-        int told = cells_[at(known)].raster.side(place.in_raster());
-        return told > 0 ? Raster::kInside : told < 0 ? Raster::kOutside : 0;
+    unsigned kind_at(const Spot& spot) const {
+        Index known = known_[grid_.place(spot.column, spot.row)];
+        const Raster* raster = known >= 0 ? &cells_[at(known)].raster : &kPlain[known == kInside];
+        return raster->kind(spot.x, spot.y);
     }
 
-    void draw(Cell& cell, Index column, Index row) const {
+    void draw(Cell& cell, Marks& marks, Index column, Index row) const {
         Raster& raster = cell.raster;
+        Sketch sketch;
         raster.clear();
-        const Box near = box(column, row);
+        const Box around = grid_.box(column, row);
         for (std::size_t i = 0; i < cell.count; ++i) {
             const Ring::Node& n = ring_.node(cell.leaves[i]);
             const Ring::Leaf& leaf = ring_.leaf_at(n);
-            for (std::int64_t left = not_beside(leaf, n.count, near); left != 0; left &= left - 1) {
+            for (std::int64_t left = not_beside(leaf, n.count, around); left != 0;
+                 left &= left - 1) {
                 int e = lowest(left);
-                raster.add(in_raster({leaf.x[e], leaf.y[e]}, column, row),
-                           in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row));
+                raster.add(grid_.in_raster({leaf.x[e], leaf.y[e]}, column, row),
+                           grid_.in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row),
+                           [&](int r, std::uint32_t near, std::uint32_t met) {
+                               sketch.add(Mark(i, e), r, near, met);
+                           });
             }
         }
         raster.settle([&](int x, int y) {
-            Point q = {frame_.x_low + (column + (x + 0.5) / Raster::kSide) / x_scale_,
-                       frame_.y_low + (row + (y + 0.5) / Raster::kSide) / y_scale_};
-            Point there = in_raster(q, column, row);  // elsewhere if doubles are far between
+            Point q = grid_.middle(column, row, x, y);
+            Point there = grid_.in_raster(q, column, row);  // elsewhere if doubles are far between
             bool is_there = Raster::part(there.x) == x && Raster::part(there.y) == y &&
-                            this->column(q.x) == column && this->row(q.y) == row;
+                            grid_.column(q.x) == column && grid_.row(q.y) == row;
             return is_there ? side_of(crossed(cell, q)) : 0;
         });
+        sketch.finish(raster, marks, cell.count,
+                      [&](std::size_t i) { return ring_.node(cell.leaves[i]).left; });
     }
 
     void make(Cell& cell, const Box& box) const {
@@ -423,12 +424,10 @@ class Cells {
 
     // The cells that meet a box, with their slack.
     void forget(const Box& b) {
-        std::size_t left = at(column(b.x_low - 2 * x_slack_));
-        std::size_t right = at(column(b.x_high + 2 * x_slack_));
-        Index high = row(b.y_high + 2 * y_slack_);
-        for (Index y = row(b.y_low - 2 * y_slack_); y <= high; ++y) {
-            for (std::size_t x = left; x <= right; ++x) {
-                Index& known = known_[at(y) * at(columns_) + x];
+        Range cells = grid_.around(b);
+        for (Index y = cells.low; y <= cells.high; ++y) {
+            for (Index x = cells.left; x <= cells.right; ++x) {
+                Index& known = known_[grid_.place(x, y)];
                 if (known >= 0) {
                     cells_[at(known)].leaves[0] = free_;
                     free_ = known;
@@ -452,16 +451,25 @@ class Cells {
         };
         return a.odd == b.odd && listed(a) == listed(b);
     }
+    static bool are_alike(const Marks& a, const Marks& b, const Raster& raster) {
+        for (int row = 0; row < Raster::kSide; ++row) {
+            for (std::uint32_t left = raster.marked(row); left != 0; left &= left - 1) {
+                Mark m = a.find(raster, lowest(left), row), n = b.find(raster, lowest(left), row);
+                if (a.leaf(m) != b.leaf(n) || m.place() != n.place() ||
+                    m.is_corner() != n.is_corner())
+                    return false;
+            }
+        }
+        return true;
+    }
 
     const Ring& ring_;
     Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
     Array<Cell> cells_;
+    Array<Marks> marks_;         // of cells that are drawn
+    std::size_t questions_ = 0;  // about cells not drawn yet, since something changed
     Index free_ = kNone;  // the first cell that is not in use; their leaves[0] are the next ones
-    Box frame_ = {};
-    Index columns_ = 0, rows_ = 0;      // 0 while there is no grid
-    double x_scale_ = 0, y_scale_ = 0;  // cells a unit
-    double x_slack_ = 0, y_slack_ = 0;
-    Index made_for_ = 0;  // vertices
+    Grid grid_;
 };
 
 }  // namespace flintknap

@@ -37,10 +37,6 @@
 
 namespace flintknap {
 
-inline Box box_of(Point a, Point b) {
-    return {std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)};
-}
-
 class Segment {
    public:
     Segment(Point from, Point to)
@@ -104,12 +100,6 @@ class Segment {
 };
 
 // ------------------------------------------------------------------ parameters
-template <int N>
-Expansion<N> scaled(Expansion<N> e, int exponent) {
-    for (int n = 0; n < e.size; ++n) e.part[at(n)] = std::ldexp(e[n], exponent);
-    return e;
-}
-
 // part / whole, 0 < part <= whole, correctly rounded; `start` is a few ulps off at most. Scaled
 // to about 1 meanwhile, so that no product falls out of range.
 template <int M, int N>
@@ -168,6 +158,10 @@ template <class F>
 bool any_contact(Cells& cells, const Segment& s, F&& f) {
     const Ring& ring = cells.ring();
     if (ring.empty() || !s.may_meet(ring.node(ring.root()).box)) return false;
+    auto told = cells.visit_along(s.p, s.q, [&](const Ring::Leaf& leaf, Index n, Index place) {
+        return s.meets(edge_of(leaf, place)) && f(n, place);
+    });
+    if (told) return *told;
     bool found = false;
     bool is_all =
         cells.visit(s.box, [&](Index leaf) { return found = any_contact(ring, leaf, s, f); });
@@ -258,14 +252,6 @@ class Hits {
     const Segment& s_;
     Hit first_;
 };
-
-// Whether the way from v to e leads out of the object, u being before v on the ring and w after it.
-inline bool leads_out(Point u, Point v, Point w, Point e) {
-    bool left_of_first = orient(u, v, e) >= 0, left_of_second = orient(v, w, e) >= 0;
-    int turn = orient(u, v, w);
-    if (turn == 0) return !left_of_first;
-    return turn > 0 ? !(left_of_first && left_of_second) : !(left_of_first || left_of_second);
-}
 
 // Whether a segment leads out of the object at an edge that it meets, or at the start of that edge.
 inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& s) {

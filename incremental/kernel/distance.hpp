@@ -2,15 +2,15 @@
 //
 // Theory. The nearest point of an edge is one of its ends or the foot of the perpendicular: which,
 // two exact signs tell. Its distance is |cross| / length or the length of a difference, evaluated
-// with pairs of doubles (the cross product, where it all but vanishes, with expansions) and
-// rounded once at the end: off the exact value by no more than 0.5 ulp and 2^-75 of it, and 0
-// exactly for places on the edge. No square over- or underflows: differences of coordinates are 0
-// or between 2^-252 and 2^201, cross products 0 or between 2^-504 and 2^403.
+// with pairs of doubles (the cross product, where it all but vanishes, with expansions) to 2^-75 of
+// its value and rounded, where that leaves no doubt; else with expansions. So it is *correctly
+// rounded*. No square over- or underflows: differences of coordinates are 0 or between 2^-252 and
+// 2^201, cross products 0 or between 2^-504 and 2^403; expansions are scaled meanwhile.
 //
-// The nearest edge is that with the smallest distance, so rounded; then the one whose nearest point
-// has the smaller coordinates, then whose start has. Each is a function of the edge and the place,
-// so the answer is one of the ring, whatever the shape of the tree. Of two rings that do not
-// meet, the distance is that of a vertex of one to an edge of the other: the smallest of them.
+// The nearest edge is that with the smallest distance, so rounded; of several, the one whose start
+// has the smaller coordinates, and no two edges have the same start. So the answer is a function of
+// the ring and the place, whatever the shape of the tree. Of two rings that do not meet, the
+// distance is that of a vertex of one to an edge of the other: the smallest of them.
 //
 // The search looks into the leaves of the cell (cells.hpp) first, and is done if nothing beyond the
 // cell is as near. Otherwise it descends the tree, into the nearer box first, passing over boxes
@@ -63,6 +63,23 @@ inline Pair pair_root(Pair a) {
     return two_sum(root, rest / (2 * root));
 }
 
+// Whether it is clear how a pair rounds that is off by less than 2^-74 of itself.
+inline bool rounds_surely(Pair a) {
+    double slack = a.high / (1ULL << 60) / (1 << 14);
+    return a.high + (a.low - slack) == a.high + (a.low + slack);
+}
+
+template <int N>
+Expansion<N> scaled(Expansion<N> e, int exponent) {
+    for (int n = 0; n < e.size; ++n) e.part[at(n)] = std::ldexp(e[n], exponent);
+    return e;
+}
+
+template <int N>
+auto squared_length(const Expansion<N>& x, const Expansion<N>& y) {
+    return x * x + y * y;
+}
+
 // ------------------------------------------------------------------ a place and an edge
 struct Edge {
     Point a, b;
@@ -80,9 +97,27 @@ inline Part nearest_part(Point a, Point b, Point q) {
     return dot_sign(q, a, b) <= 0 ? Part::end : Part::between;
 }
 
+// Correctly rounded, `start` being a few ulps off at most. Scaled to about 1 meanwhile, the length
+// of an edge to 2^400: then no bit of a product is out of range.
+inline double exact_distance(Point a, Point b, double start) {
+    int exponent = std::ilogb(start);
+    auto x = scaled(difference(a.x, b.x), -exponent), y = scaled(difference(a.y, b.y), -exponent);
+    Expansion<2> one = expansion({1, 0});
+    double far = rounded_root(squared_length(x, y), one, std::ldexp(start, -exponent));
+    return std::ldexp(far, exponent);
+}
+inline double exact_distance_to_line(Point a, Point b, Point q, double start, double length) {
+    int exponent = std::ilogb(start), wide = 400 - std::ilogb(length);
+    auto x = scaled(difference(a.x, b.x), wide), y = scaled(difference(a.y, b.y), wide);
+    auto cross = scaled(exact_cross(a, b, q), wide - exponent);
+    double far = rounded_root(cross * cross, squared_length(x, y), std::ldexp(start, -exponent));
+    return std::ldexp(far, exponent);
+}
+
 inline double distance(Point a, Point b) {
     if (a.x == b.x || a.y == b.y) return std::fabs((a.x - b.x) + (a.y - b.y));  // rounded once
-    return pair_root(squared_length(two_diff(a.x, b.x), two_diff(a.y, b.y))).high;
+    Pair far = pair_root(squared_length(two_diff(a.x, b.x), two_diff(a.y, b.y)));
+    return rounds_surely(far) ? far.high : exact_distance(a, b, far.high);
 }
 
 inline double distance_to_edge(Point a, Point b, Point q, Part part) {
@@ -92,7 +127,9 @@ inline double distance_to_edge(Point a, Point b, Point q, Part part) {
     Pair cross = accurate_cross(a, b, q);
     if (cross.high == 0) return 0;
     Pair length = pair_root(squared_length(two_diff(a.x, b.x), two_diff(a.y, b.y)));
-    return std::fabs(pair_quotient(cross, length).high);
+    Pair far = pair_quotient(cross, length);
+    return rounds_surely(far) ? std::fabs(far.high)
+                              : exact_distance_to_line(a, b, q, std::fabs(far.high), length.high);
 }
 
 // The nearest point, each coordinate rounded once from 2^-95 of the coordinates of a and b.
@@ -288,20 +325,16 @@ class NearestSearch {
         return best;
     }
 
-    // Of those kept, which are equally far, that whose nearest point, then whose start is first.
+    // Of those kept, which are equally far, that whose start is first.
     Nearest nearest() const {
-        Nearest best;
-        Point best_start = {};
-        for (const Candidate& c : candidates_) {
-            auto [a, b] = edge_of(ring_.leaf(c.leaf), c.place);
-            Nearest found = {c.far, nearest_on_edge(a, b, q_, c.part, c.far), c.leaf, c.place};
-            bool is_first =
-                best.leaf == kNone || found.at < best.at || (found.at == best.at && a < best_start);
-            if (!is_first) continue;
-            best = found;
-            best_start = a;
-        }
-        return best;
+        if (candidates_.empty()) return {};
+        auto edge = [&](const Candidate& c) { return edge_of(ring_.leaf(c.leaf), c.place); };
+        const Candidate& first = *std::min_element(
+            candidates_.begin(), candidates_.end(),
+            [&](const Candidate& c, const Candidate& d) { return edge(c).a < edge(d).a; });
+        auto [a, b] = edge(first);
+        return {first.far, nearest_on_edge(a, b, q_, first.part, first.far), first.leaf,
+                first.place};
     }
 
     const Ring& ring_;

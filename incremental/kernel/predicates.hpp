@@ -173,7 +173,7 @@ inline int orient(Point a, Point b, Point c) {
     double left = (a.x - c.x) * (b.y - c.y), right = (a.y - c.y) * (b.x - c.x);
     double det = left - right,
            bound = (3 + 16 * kUlp) * kUlp * (std::fabs(left) + std::fabs(right));
-    if (det > bound || det < -bound) return det > 0 ? 1 : -1;
+    if (std::fabs(det) > bound) return det > 0 ? 1 : -1;
     return exact_cross(a, b, c).sign();
 }
 
@@ -233,15 +233,15 @@ inline bool odd_mantissa(double v) {
     return (bits & 1) != 0;
 }
 
-// The correctly rounded quotient of two expansions, `start` being a few ulps off at most:
-// move to the double whose rounding interval, ties to even, holds the exact quotient.
-template <int M, int N>
-double rounded_quotient(const Expansion<M>& dot, const Expansion<N>& cross, double start) {
+// The correctly rounded value of a number, `start` being a few ulps off at most: moves to the
+// double whose rounding interval, ties to even, holds the number. above(p) is the sign of it less
+// p.
+template <class Above>
+double rounded(double start, Above above) {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    // sign of (dot / cross) - (the midpoint of q and its neighbour towards `end`)
+    // Of the midpoint of q and its neighbour towards `end`.
     auto beyond = [&](double q, double end) {
-        Pair middle = two_sum(q, (std::nextafter(q, end) - q) / 2);
-        return (dot - cross * expansion(middle)).sign();
+        return above(expansion(two_sum(q, (std::nextafter(q, end) - q) / 2)));
     };
     double q = start;
     for (;;) {
@@ -254,6 +254,17 @@ double rounded_quotient(const Expansion<M>& dot, const Expansion<N>& cross, doub
             return q;
         }
     }
+}
+
+template <int M, int N>
+double rounded_quotient(const Expansion<M>& dot, const Expansion<N>& cross, double start) {
+    return rounded(start, [&](const Expansion<2>& p) { return (dot - cross * p).sign(); });
+}
+
+// The root of a quotient.
+template <int M, int N>
+double rounded_root(const Expansion<M>& square, const Expansion<N>& over, double start) {
+    return rounded(start, [&](const Expansion<2>& p) { return (square - over * (p * p)).sign(); });
 }
 
 inline double exact_cotangent(Point i, Point j, Point k) {

@@ -27,6 +27,18 @@
 
 namespace flintknap {
 
+inline Box box_of(Point a, Point b) {
+    return {std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)};
+}
+
+// Whether the way from v to e leads out of the object, u being before v on the ring and w after it.
+inline bool leads_out(Point u, Point v, Point w, Point e) {
+    bool left_of_first = orient(u, v, e) >= 0, left_of_second = orient(v, w, e) >= 0;
+    int turn = orient(u, v, w);
+    if (turn == 0) return !left_of_first;
+    return turn > 0 ? !(left_of_first && left_of_second) : !(left_of_first || left_of_second);
+}
+
 // What is known of a place: whether an odd number of edges was crossed, and whether it is on one.
 constexpr unsigned kOdd = 1, kOn = 2;
 

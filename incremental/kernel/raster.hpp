@@ -36,12 +36,13 @@ class Raster {
         double low, high, left, right;
         double slope, start;  // x a row; x at the lower end of row 0
         double aside;         // how far it reaches to both sides of x in a row
+        bool is_flat;         // nearly: in one row or two, as far as it reaches
 
         Slant(Point a, Point b, double margin) {
             if (b.y < a.y) std::swap(a, b);
             low = a.y - margin, high = b.y + margin;
             left = std::min(a.x, b.x) - margin, right = std::max(a.x, b.x) + margin;
-            bool is_flat = b.y - a.y < 4 * margin;
+            is_flat = b.y - a.y < 4 * margin;
             slope = is_flat ? 0 : (b.x - a.x) / (b.y - a.y);
             start = a.x - a.y * slope;
             aside = is_flat ? right - left : margin * (1 + std::fabs(slope));
@@ -59,24 +60,56 @@ class Raster {
     // The column or row of a place in the square.
     static int part(double v) { return static_cast<int>(std::max(0.0, std::min(v, kSide - 1.0))); }
 
-    // +1 inside, -1 outside, 0 where edges are near.
-    int side(Point p) const {
-        const Row& row = rows_[at(part(p.y))];
-        int column = part(p.x);
+    // +1 inside, -1 outside, 0 or kMarked where edges are near.
+    static constexpr int kMarked = 2;
+    int side(int column, int r) const {
+        const Row& row = rows_[at(r)];
         int is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
         return 2 * is_inside - is_clear;
     }
 
+    // The same as bits, if it is clear.
+    static constexpr unsigned kInside = 1, kOutside = 2, kEdges = 4;
+    unsigned kind(int column, int r) const {
+        const Row& row = rows_[at(r)];
+        unsigned is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
+        return is_clear << (is_inside ^ 1);
+    }
+
+    // Parts of a row, as bits, that are not clear, those of them that are marked, and how many of
+    // these come before a column.
+    std::uint32_t unclear(int row) const { return ~rows_[at(row)].clear; }
+    std::uint32_t marked(int row) const { return rows_[at(row)].inside & unclear(row); }
+    int marked_before(int row, int column) const {
+        return count(marked(row) & ((std::uint32_t{1} << column) - 1));
+    }
+    void mark(int row, std::uint32_t parts) { rows_[at(row)].inside |= parts; }
+
     // ---------------------------------------------------------------- to draw it
     // First clear, then all edges that may come near, then settle.
     void clear() { rows_.fill({~0U, 0}); }
+    // All of it lies on one side.
+    static Raster all(bool is_inside) {
+        Raster raster;
+        raster.rows_.fill({~0U, is_inside ? ~0U : 0U});
+        return raster;
+    }
     // Nothing is clear.
     void forget() { rows_.fill({0, 0}); }
 
-    void add(Point a, Point b) {
+    // Calls f(row, near, met) for parts of a row: those it comes near, those it surely meets.
+    template <class F>
+    void add(Point a, Point b, F f) {
         const Slant s(a, b, kMargin);
-        trace(s, [&](int row, std::uint32_t near) {
+        // What is widened by the margin is in doubt by as much on the other side of its rim.
+        double low = s.low + 2 * kMargin - 1, high = s.high - 2 * kMargin;
+        double doubt = 2 * (s.is_flat ? kMargin : s.aside);
+        if (s.is_flat) low = s.high - 1, high = s.low;
+        trace(s, [&](int row, double from, double to) {
+            std::uint32_t near = span(from, to);
             rows_[at(row)].clear &= ~near;
+            bool is_met = low <= row && row <= high && from + doubt <= to - doubt + 1;
+            f(row, near, is_met ? span(from + doubt, std::max(to - doubt, 0.0)) : 0);
             return false;
         });
         // Crossed an odd number of times: `inside` tells this for now.
@@ -113,16 +146,16 @@ class Raster {
 
     // ---------------------------------------------------------------- segments
     // What a segment comes by, as bits.
-    static constexpr unsigned kInside = 1, kOutside = 2, kEdges = 4;
     static bool are_both(unsigned seen) { return (seen & 3) == 3; }
 
     // That of the parts it meets, or until both sides have been seen.
     unsigned along(const Slant& s) const {
         std::uint32_t inside = 0, outside = 0, edges = 0;
-        trace(s, [&](int r, std::uint32_t met) {
+        trace(s, [&](int r, double from, double to) {
+            std::uint32_t met = span(from, to);
             const Row& row = rows_[at(r)];
-            inside |= met & row.inside;
-            outside |= met & (row.clear ^ row.inside);
+            inside |= met & row.clear & row.inside;
+            outside |= met & row.clear & ~row.inside;
             edges |= met & ~row.clear;
             return inside != 0 && outside != 0;
         });
@@ -130,10 +163,33 @@ class Raster {
                (edges != 0 ? kEdges : 0);
     }
 
+    // Calls f(row, from, to) for the rows in which an edge meets parts, so widened, until it
+    // returns true: span(from, to) are these parts.
+    template <class F>
+    static void trace(const Slant& s, F f) {
+        if (s.high < 0 || s.low > kSide || s.right < 0 || s.left > kSide) return;
+        // Of x and 1 more, so that what is left of the square is 0 and something.
+        double left = std::max(s.left, -1.0) + 1, right = std::min(s.right, kSide + 0.5) + 1;
+        double low = std::min(s.slope, 0.0) - s.aside + 1;
+        double high = std::max(s.slope, 0.0) + s.aside + 1;
+        int last = part(s.high);
+        for (int row = part(s.low); row <= last; ++row) {
+            double x = s.start + row * s.slope;
+            double from = std::min(std::max(x + low, left), right);
+            double to = std::max(std::min(x + high, right), left);
+            if (f(row, from, to)) return;
+        }
+    }
+    static std::uint32_t span(double from, double to) {
+        int first = static_cast<int>(from), last = static_cast<int>(to);
+        std::uint64_t parts = (std::uint64_t{2} << last) - (std::uint64_t{1} << first);
+        return static_cast<std::uint32_t>(parts >> 1);
+    }
+
     // Whether it meets the square at all.
     static bool is_met(const Slant& s) {
         bool is_met = false;
-        trace(s, [&](int, std::uint32_t met) { return is_met = met != 0; });
+        trace(s, [&](int, double from, double to) { return is_met = span(from, to) != 0; });
         return is_met;
     }
 
@@ -141,7 +197,7 @@ class Raster {
 
    private:
     struct Row {
-        std::uint32_t clear, inside;  // by column, as bits; inside only if clear
+        std::uint32_t clear, inside;  // by column, as bits; marked if inside and not clear
         bool operator==(const Row& o) const { return clear == o.clear && inside == o.inside; }
     };
 
@@ -155,22 +211,11 @@ class Raster {
         return static_cast<int>(std::max(-1.0, std::min(x, kSide + 0.0)) + 1);
     }
 
-    // Calls f(row, columns) for the parts that an edge meets, so widened, until it returns true.
-    template <class F>
-    static void trace(const Slant& s, F f) {
-        if (s.high < 0 || s.low > kSide || s.right < 0 || s.left > kSide) return;
-        // Of x and 1 more, so that what is left of the square is 0 and something.
-        double left = std::max(s.left, -1.0) + 1, right = std::min(s.right, kSide + 0.5) + 1;
-        double low = std::min(s.slope, 0.0) - s.aside + 1;
-        double high = std::max(s.slope, 0.0) + s.aside + 1;
-        int last = part(s.high);
-        for (int row = part(s.low); row <= last; ++row) {
-            double x = s.start + row * s.slope;
-            int from = static_cast<int>(std::min(std::max(x + low, left), right));
-            int to = static_cast<int>(std::max(std::min(x + high, right), left));
-            std::uint64_t met = (std::uint64_t{2} << to) - (std::uint64_t{1} << from);
-            if (f(row, static_cast<std::uint32_t>(met >> 1))) return;
-        }
+    // How many bits are set.
+    static int count(std::uint32_t bits) {
+        bits -= bits >> 1 & 0x55555555;
+        bits = (bits & 0x33333333) + (bits >> 2 & 0x33333333);
+        return static_cast<int>(((bits + (bits >> 4)) & 0x0f0f0f0f) * 0x01010101 >> 24);
     }
 
     alignas(64) std::array<Row, kSide> rows_;

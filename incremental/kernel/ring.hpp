@@ -100,6 +100,7 @@ class Ring {
     bool is_leaf(Index n) const { return node(n).right == kNone; }
     const Leaf& leaf(Index n) const { return leaf_at(node(n)); }
     const Leaf& leaf_at(const Node& n) const { return leaves_[at(n.left)]; }
+    const Leaf& leaf_in(Index place) const { return leaves_[at(place)]; }
 
     bool holds(Index v) const { return leaf_of(v) != kNone; }
     // The leaf with a vertex, or kNone; and the place of a vertex in its leaf.

@@ -58,20 +58,20 @@ def distance(ring: ArrayLike, x: float, y: float) -> float:
 def nearest(ring: ArrayLike, x: float, y: float) -> tuple[float, float, float, int]:
     """Return the nearest point, its distance and the row of the edge's start, correctly rounded.
 
-    Of edges whose distances round to the same number that with the smaller nearest point is taken,
-    then that with the smaller start. (nan, nan, inf, -1) without a ring.
+    Of edges whose distances round to the same number that whose start has the smaller coordinates
+    is taken. (nan, nan, inf, -1) without a ring.
     """
     *corners, p, unit = _integers(ring, [(x, y)])
     found = []
     for row, (a, b) in enumerate(pairs_of(corners)):
         far = root(squared_distance(a, b, p) / unit[0] ** 2)
-        t = min(max(Fraction(dot(p, b, a), dot(b, b, a)), Fraction(0)), Fraction(1))
-        at_x, at_y = ((u + t * (v - u)) / unit[0] for u, v in zip(a, b, strict=True))
-        found.append((far, float(at_x), float(at_y), a, row))
+        found.append((far, a, b, row))
     if not found:
         return nan, nan, inf, -1
-    far, rounded_x, rounded_y, _, row = min(found)
-    return rounded_x, rounded_y, far, row
+    far, a, b, row = min(found)
+    t = min(max(Fraction(dot(p, b, a), dot(b, b, a)), Fraction(0)), Fraction(1))
+    at_x, at_y = (float((u + t * (v - u)) / unit[0]) for u, v in zip(a, b, strict=True))
+    return at_x, at_y, far, row
 
 
 def meet(first: Edge, second: Edge) -> bool:
