@@ -18,11 +18,13 @@ needs_a_compiler = pytest.mark.skipif(
 )
 
 
-def passes(source: str, folder: Path, *arguments: str) -> None:
-    """Assert that a program of this folder, built in `folder`, ends well."""
+def passes(source: str, folder: Path, *arguments: str, is_watched: bool = False) -> None:
+    """Assert that a program of this folder, built in `folder`, ends well; maybe with sanitizers."""
     program = folder / Path(source).stem
     flags = ["-std=c++17", "-O1", "-ffp-contract=off", "-D_GLIBCXX_ASSERTIONS"]
     flags += ["-I", str(TESTS.parent / "incremental" / "kernel")]
+    if is_watched:
+        flags += ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     subprocess.run([*COMPILER, *flags, str(TESTS / source), "-o", str(program)], check=True)
     done = subprocess.run([str(program), *arguments], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -17,7 +17,7 @@ import flintknap as fk
 from flintknap.reference import bounds as reference
 from flintknap.reference import side_at
 from test_collision import NOTCH, SQUARE, made, rings_and_places, rings_and_segments, two_rings
-from test_flintstones import coast, wavy
+from trees import coast, wavy
 
 some = settings(deadline=None, max_examples=60)
 DEEPEST = 10**9

@@ -159,6 +159,38 @@ def test_clusters_that_claim_one_edge(seed):
     engine.check()
 
 
+def island(seed):
+    """Return a crowd within a jagged shore, some on a lattice: each of these seeds locks it."""
+    rng = np.random.default_rng(seed)
+    count, shore = int(rng.integers(10, 40)), int(rng.integers(4, 30))
+    scale, steps = 10.0 ** -rng.integers(1, 6), int(rng.integers(0, 4))
+    angle = np.sort(rng.random(shore)) * 2 * np.pi
+    coast = rng.uniform(0.6, 1.4, (shore, 1)) * np.column_stack((np.cos(angle), np.sin(angle)))
+    crowd = rng.normal(size=(count, 2)) * scale
+    if steps:
+        crowd = np.round(crowd / scale * steps) * scale / steps
+    return strategies.distinct(np.concatenate([coast, crowd + rng.uniform(-0.3, 0.3, 2)]))
+
+
+@pytest.mark.parametrize("seed", [1703, 1983, 2321, 2480, 2708, 4973, 5744, 5876])
+def test_a_crowd_far_from_the_ring(seed):
+    """Windows between its members wait until all that is nearer the ring has been taken."""
+    xy = island(seed)
+    assert len(built(xy, 0.0).boundary().inside) > 8
+    for d_min in (-1.0, -0.4):
+        judge(built(xy, d_min), d_min)
+    engine, rng = built(xy), np.random.default_rng(seed)
+    for _ in range(8):
+        if rng.random() < 0.5:
+            engine.remove(rng.choice(engine.ids()))
+        else:
+            near, other = rng.choice(xy[-8:], 2)
+            engine.insert(*(near + rng.choice([1, 100]) * (near - other)))
+        engine.check()
+        assert engine.digest() == built(engine.points()).digest()
+    judge(engine)
+
+
 @pytest.mark.parametrize(("n", "seed"), [(60, 8033), (120, 802), (120, 9494), (120, 10255)])
 def test_what_is_left_goes_on_to_the_limit(n, seed):
     """A cluster with sites left inside meets whoever offers them an edge within the limit."""

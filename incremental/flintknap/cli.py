@@ -157,20 +157,8 @@ layers, drawn in the order of the list, later ones over earlier ones:
         help="what to draw, with commas between; if left out, the boundary, and the points where "
         "they are not crowded",
     )
-    shown.add_argument(
-        "--level",
-        metavar="N",
-        dest="layers",
-        type=lambda text: _layers(f"flintstones:{text},boundary"),
-        help="short for --layers flintstones:N,boundary",
-    )
-    shown.add_argument(
-        "--tolerance",
-        metavar="T",
-        dest="layers",
-        type=lambda text: _layers(f"flintstones:tolerance={text},boundary"),
-        help="short for --layers flintstones:tolerance=T,boundary",
-    )
+    _add_short_for_layers(shown, "--level", "N", "")
+    _add_short_for_layers(shown, "--tolerance", "T", "tolerance=")
 
     verb = _add(
         verbs,
@@ -258,6 +246,16 @@ def _layers(text: str) -> str:
     except InputError as error:
         raise argparse.ArgumentTypeError(str(error).removeprefix("layers: ")) from None
     return text
+
+
+def _add_short_for_layers(options: Any, name: str, metavar: str, cut: str) -> None:
+    options.add_argument(
+        name,
+        metavar=metavar,
+        dest="layers",
+        type=lambda text: _layers(f"flintstones:{cut}{text},boundary"),
+        help=f"short for --layers flintstones:{cut}{metavar},boundary",
+    )
 
 
 def _count(text: str) -> int:

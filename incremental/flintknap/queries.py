@@ -74,16 +74,10 @@ class Queries:
         Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
         if level is not None or tolerance is not None:
-            xs, ys = inputs.pairs(x, y)
             cut = inputs.cut(level, tolerance)
-            return _shaped(
-                self._kernel.side_at(xs.reshape(-1), ys.reshape(-1), *cut), xs.shape, int
-            )
+            return _of_places(self._kernel.side_at, x, y, int, *cut)
         told = self._kernel.side(x, y)  # of two floats
-        if told is not None:
-            return told
-        xs, ys = inputs.pairs(x, y)
-        return _shaped(self._kernel.side_many(xs.reshape(-1), ys.reshape(-1)), xs.shape, int)
+        return _of_places(self._kernel.side_many, x, y, int) if told is None else told
 
     @overload
     def contains(self, x: float, y: float) -> bool: ...
@@ -128,10 +122,7 @@ class Queries:
             found = self._kernel.distance_at(xs.reshape(-1), ys.reshape(-1), *cut)
             return Bounds(*shaped(found, xs.shape))
         told = self._kernel.distance(x, y)  # of two floats
-        if told is not None:
-            return told
-        xs, ys = inputs.pairs(x, y)
-        return _shaped(self._kernel.distance_many(xs.reshape(-1), ys.reshape(-1)), xs.shape, float)
+        return _of_places(self._kernel.distance_many, x, y, float) if told is None else told
 
     def nearest(self, x: ArrayLike, y: ArrayLike | None = None) -> Nearest:
         """Return the nearest points of the boundary, their distances and edges.
@@ -184,13 +175,8 @@ class Queries:
             told = kernel.intersects(x0, y0, x1, y1)  # of four floats
             if told is not None:
                 return told
-        return _of_segments(
-            kernel.intersects_many,
-            kernel.intersects_at,
-            inputs.segments(x0, y0, x1, y1),
-            level,
-            tolerance,
-        )
+        ends = (x0, y0, x1, y1)
+        return _of_segments(kernel.intersects_many, kernel.intersects_at, ends, level, tolerance)
 
     @overload
     def contains_segment(self, x0: float, y0: float, x1: float, y1: float) -> bool: ...
@@ -225,9 +211,8 @@ class Queries:
             told = kernel.holds(x0, y0, x1, y1)  # of four floats
             if told is not None:
                 return told
-        return _of_segments(
-            kernel.holds_many, kernel.holds_at, inputs.segments(x0, y0, x1, y1), level, tolerance
-        )
+        ends = (x0, y0, x1, y1)
+        return _of_segments(kernel.holds_many, kernel.holds_at, ends, level, tolerance)
 
     @overload
     def first_hit(self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike) -> Hit: ...
@@ -340,14 +325,26 @@ class Queries:
         return self._kernel.is_clear(other._kernel, at_least)
 
 
+def _of_places(
+    many: Callable[..., NDArray[Any]],
+    x: ArrayLike,
+    y: ArrayLike | None,
+    scalar: Callable[[Any], _Scalar],
+    *cut: float,
+) -> _Scalar | NDArray[Any]:
+    xs, ys = inputs.pairs(x, y)
+    return _shaped(many(xs.reshape(-1), ys.reshape(-1), *cut), xs.shape, scalar)
+
+
 def _of_segments(
     many: Callable[..., NDArray[np.uint8]],
     many_at: Callable[..., NDArray[np.int8]],
-    ends: tuple[NDArray[np.float64], ...],
+    ends: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike],
     level: int | None,
     tolerance: float | None,
 ) -> bool | NDArray[np.bool_] | int | NDArray[np.int8]:
-    columns, shape = [each.reshape(-1) for each in ends], ends[0].shape
+    arrays = inputs.segments(*ends)
+    columns, shape = [each.reshape(-1) for each in arrays], arrays[0].shape
     if level is None and tolerance is None:
         return _shaped(many(*columns).view(np.bool_), shape, bool)
     return _shaped(many_at(*columns, *inputs.cut(level, tolerance)), shape, int)

@@ -12,13 +12,16 @@
 //        \       /                v   ^         that which cross it are not those of the ring
 //            k                      k
 //
-// Here, as if no vertex but the members could be captured. What members see is searched by
-// windows, the nearest first, only as far as no candidate is known that is as small as what lies
-// behind the windows may be. Members see each other, too: one that has been captured has made two
-// edges, which are candidates' for those who see it.
+// Here, as if no vertex but the members could be captured. Edges of the constriction's ring are
+// searched by windows, the smallest first, only as far as no candidate is known that is as small as
+// what lies behind the windows may be. Edges that captures have made are known: each member looks
+// at them by rising bounds of size, as far as that. So windows need not find members, and what they
+// are for is no nearer than a member has *room* (room.hpp). In a crowd that locks far from the
+// ring, the windows between two members are narrow, their needs are low, and so low a need that far
+// away makes them larger than all that is taken: hardly any is looked through.
 //
 // Cost: what the searches pass through, within twice the radius of the largest disc taken; all that
-// they see for a vertex that has no candidate.
+// they see for a vertex that has no candidate. Besides, some ns for each two members of a crowd.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +31,7 @@
 #include <utility>
 #include <vector>
 
-#include "sight.hpp"
-#include "table.hpp"
+#include "room.hpp"
 
 namespace flintknap {
 
@@ -48,7 +50,7 @@ struct Candidate {
 };
 
 struct Sighting {
-    Index of, from;
+    Index of, from;  // a locked vertex that is no member, and a member
     bool operator<(const Sighting& o) const { return of != o.of ? of < o.of : from < o.from; }
     bool operator==(const Sighting& o) const { return of == o.of && from == o.from; }
 };
@@ -60,18 +62,12 @@ struct Cluster {
     std::vector<Index> triangles;     // that the members' searches passed through
     std::vector<Index> rim;           // half-edges of these on the ring, sorted
     std::vector<Index> covered;       // triangles that the captured ones overlap
-    std::vector<Sighting> sightings;  // locked vertices, and which member sees them; sorted
+    std::vector<Sighting> sightings;  // sorted
     bool is_enrolled = false, is_linked = false;
-    // Until all clusters are settled: members who have not begun to search, windows that are yet to
-    // be looked through, and candidates over edges that the constriction has left.
-    bool is_known = false;  // these are there
-    std::vector<Index> fresh;
-    std::vector<Sight::Window> ahead;
-    std::vector<Candidate> found;
 
     bool is_left() const { return captures.size() < members.size(); }
 
-    // Calls f for each vertex that a member sees, once.
+    // Calls f for each locked vertex that is no member and that one sees, once.
     template <class F>
     void each_seen(F f) const {
         Index last = kNone;
@@ -116,35 +112,16 @@ class Captor {
     Captor(const Triangulation& triangulation, const Constriction& constriction, Limit limit)
         : t_(triangulation), c_(constriction), sight_(t_, c_), limit_(limit) {}
 
-    bool is_locked(Index v) const { return t_.is_site(v) && !c_.on_ring(v); }
-
     // Widens the cluster until all its members are on the ring or nothing is left that the limit
-    // allows. What was found in an earlier run, with fewer members, is not looked for again.
+    // allows.
     template <class Poll>
     void run(Cluster& c, Poll poll) {
-        candidates_.clear();
-        frontier_.clear();
-        ring_.clear();
-        c.captures.clear();
-        c.covered.clear();
-        c.rim.clear();
-        c.size = c.need = 0;
-        for (const Sight::Window& w : c.ahead) frontier_.push(w);
-        for (const Candidate& each : c.found) candidates_.push(each);
-        c.ahead.clear();
-        for (Index k : c.fresh) {
-            sight_.open(
-                k, [&](Index x) { c.triangles.push_back(x); }, [&](Index v) { notice(c, v, k); },
-                [&](const Sight::Window& w) { consider(w); });
-        }
-        c.fresh.clear();
+        begin(c);
         for (std::int64_t steps = 1; limit_.cotangent < 0 && step(c); ++steps) {
             if (steps % 4096 == 0) poll();
         }
-        append(c.ahead, frontier_.items());
-        c.is_known = true;
-        make_unique(c.triangles);
-        make_unique(c.sightings);
+        keep(passed_, c.triangles);
+        keep(noticed_, c.sightings);
         const Mesh& m = t_.mesh();
         for (Index x : c.triangles) {
             for (Index h = 3 * x; h < 3 * x + 3; ++h) {
@@ -153,9 +130,9 @@ class Captor {
         }
         for (const Capture& taken : c.captures) {
             for (auto [a, b] : sides(taken))
-                sight_.pass_along(a, b, [&](Index x) { c.covered.push_back(x); });
+                sight_.pass_along(a, b, [&](Index x) { overlapped_.push_back(x); });
         }
-        make_unique(c.covered);
+        keep(overlapped_, c.covered);
     }
 
     // Whether triangles that they captured overlap. They hold no sites, so they stand on one edge
@@ -190,6 +167,24 @@ class Captor {
     }
 
    private:
+    static constexpr std::size_t kCrowd = 8;  // members of a cluster are one
+    static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+    struct Edge {
+        Index i, j;
+    };
+    // A member, which looks at the edges that captures have made until it is captured.
+    struct Viewer {
+        Index k;
+        double room = 0;     // no size of what it looks for is below (room.hpp)
+        double seen = -1;    // edges have been looked at whose bounds are not above
+        double next = kFar;  // the least bound of the others
+    };
+    // The next edges for a viewer, unless there have been nearer ones since.
+    struct Glance {
+        double size;
+        std::size_t viewer;
+    };
     struct Smaller {
         const Triangulation& t;
         bool operator()(const Candidate& a, const Candidate& b) const {
@@ -202,6 +197,7 @@ class Captor {
         bool operator()(const Sight::Window& a, const Sight::Window& b) const {
             return a.size < b.size;
         }
+        bool operator()(const Glance& a, const Glance& b) const { return a.size < b.size; }
     };
 
     static std::array<std::pair<Index, Index>, 3> sides(Capture g) {
@@ -219,52 +215,105 @@ class Captor {
         return next == kNone ? c_.following(v) : next;
     }
 
+    void begin(Cluster& c) {
+        candidates_.clear();
+        frontier_.clear();
+        glances_.clear();
+        ring_.clear();
+        place_.clear();
+        viewers_.clear();
+        made_.clear();
+        noticed_.clear();
+        passed_.clear();
+        overlapped_.clear();
+        c.captures.clear();
+        c.rim.clear();
+        c.size = c.need = 0;
+        for (Index k : c.members) {
+            place_.put(k, static_cast<Index>(viewers_.size()));
+            viewers_.push_back({k});
+        }
+        if (c.members.size() >= kCrowd && limit_.cotangent < 0) {
+            rooms_.find(
+                c.members, [&](Index v) { return is_member(v); },
+                [&](Index x) { passed_.push_back(x); },
+                [&](Index k, double room) { viewers_[at(place_[k])].room = room; });
+        }
+        for (const Viewer& viewer : viewers_) {
+            sight_.open(
+                viewer.k, [&](Index x) { passed_.push_back(x); },
+                [&](Index v) { notice(v, viewer.k); },
+                [&](const Sight::Window& w) { consider(w, viewer); });
+        }
+    }
+
+    // The different ones of many, in no more memory than they need.
+    template <class T>
+    static void keep(std::vector<T>& many, std::vector<T>& kept) {
+        make_unique(many);
+        kept.assign(many.begin(), many.end());
+    }
+
+    bool is_member(Index v) const { return place_[v] != kNone; }
+
     // Does the next thing to do; false if there is none.
     bool step(Cluster& c) {
         if (!c.is_left()) return false;
-        if (!frontier_.empty() &&
-            (candidates_.empty() || !(candidates_.top().size < frontier_.top().size))) {
-            explore(c, frontier_.pop());
+        double least = candidates_.empty() ? kFar : candidates_.top().size;
+        if (!frontier_.empty() && !(least < frontier_.top().size)) {
+            explore(frontier_.pop());
+        } else if (!glances_.empty() && !(least < glances_.top().size)) {
+            look(glances_.pop());
         } else if (!candidates_.empty()) {
             Candidate best = candidates_.pop();
-            if (stands(c, best.gate)) take(c, best);
+            if (stands(best.gate)) take(c, best);
         } else {
             return false;
         }
         return true;
     }
 
-    void explore(Cluster& c, const Sight::Window& w) {
-        if (is_captured(w.k)) {
-            c.ahead.push_back(w);
-        } else if (w.edge == kNone) {
-            Candidate made = candidate({w.right, w.left, w.k});
-            if (is_admissible(made)) c.found.push_back(made);
-            consider(made);
-        } else {
-            sight_.look_through(
-                w, [&](Index x) { c.triangles.push_back(x); }, [&](Index v) { notice(c, v, w.k); },
-                [&](const Sight::Window& next) { consider(next); });
-        }
+    void explore(const Sight::Window& w) {
+        if (is_captured(w.k)) return;
+        if (w.edge == kNone) return consider(candidate({w.right, w.left, w.k}));
+        const Viewer& viewer = viewers_[at(place_[w.k])];
+        sight_.look_through(
+            w, [&](Index x) { passed_.push_back(x); }, [&](Index v) { notice(v, w.k); },
+            [&](const Sight::Window& next) { consider(next, viewer); });
     }
 
-    void consider(const Sight::Window& w) {
-        if (w.need >= limit_.cotangent) frontier_.push(w);
+    // Between two members, both ends of what is looked for are behind the window.
+    void consider(Sight::Window w, const Viewer& viewer) {
+        if (!(w.need >= limit_.cotangent)) return;
+        double times = is_member(w.right) && is_member(w.left) ? 1 + w.need * w.need : 1;
+        w.size = std::max(w.size, viewer.room * times * (1 - Sight::kSlack));
+        frontier_.push(w);
     }
     void consider(const Candidate& made) {
         if (is_admissible(made)) candidates_.push(made);
     }
 
-    // k sees v. If that is a member and has been captured, edges of the ring end there.
-    void notice(Cluster& c, Index v, Index k) {
-        if (!is_locked(v)) return;
-        c.sightings.push_back({v, k});
-        if (!is_captured(v)) return;
-        for (const Capture& taken : c.captures) {
-            for (auto [i, j] : edges(taken)) {
-                if ((i == v || j == v) && next_to(i) == j) consider(candidate_if_empty({i, j, k}));
-            }
+    void notice(Index v, Index k) {
+        if (!c_.on_ring(v) && !is_member(v)) noticed_.push_back({v, k});
+    }
+
+    // What a candidate of k over an edge is not smaller than.
+    double least_size(Index k, Edge e) const {
+        return std::max(sight_.size(k, e.i, 0), sight_.size(k, e.j, 0));
+    }
+
+    // The viewer looks at its next edges, and finds out which come after them.
+    void look(const Glance& glance) {
+        Viewer& viewer = viewers_[glance.viewer];
+        if (is_captured(viewer.k) || glance.size != viewer.next) return;
+        viewer.seen = glance.size;
+        viewer.next = kFar;
+        for (Edge e : made_) {
+            double size = least_size(viewer.k, e);
+            if (size == viewer.seen) consider(candidate_if_empty({e.i, e.j, viewer.k}));
+            if (size > viewer.seen) viewer.next = std::min(viewer.next, size);
         }
+        if (viewer.next < kFar) glances_.push({viewer.next, glance.viewer});
     }
 
     void take(Cluster& c, const Candidate& best) {
@@ -274,9 +323,24 @@ class Captor {
         c.need = std::min(c.need, best.need);
         ring_.put(g.i, g.k);
         ring_.put(g.k, g.j);
-        for (Sighting each : c.sightings) {
-            if (each.of != g.k || is_captured(each.from)) continue;
-            for (auto [i, j] : edges(g)) consider(candidate_if_empty({i, j, each.from}));
+        auto is_covered = [&](Edge e) { return e.i == g.i && e.j == g.j; };
+        made_.erase(std::remove_if(made_.begin(), made_.end(), is_covered), made_.end());
+        for (auto [i, j] : edges(g)) {
+            made_.push_back({i, j});
+            for (std::size_t n = 0; n < viewers_.size(); ++n) show(made_.back(), n);
+        }
+    }
+
+    // A viewer learns of an edge.
+    void show(Edge e, std::size_t n) {
+        Viewer& viewer = viewers_[n];
+        if (is_captured(viewer.k)) return;
+        double size = least_size(viewer.k, e);
+        if (size <= viewer.seen) {
+            consider(candidate_if_empty({e.i, e.j, viewer.k}));
+        } else if (size < viewer.next) {
+            viewer.next = size;
+            glances_.push({size, n});
         }
     }
 
@@ -305,24 +369,30 @@ class Captor {
 
     // Whether a candidate is one still: its triangle lies in what is left of the object. Once it
     // does not, it never will.
-    bool stands(const Cluster& c, Capture g) const {
+    bool stands(Capture g) const {
         if (is_captured(g.k) || next_to(g.i) != g.j) return false;
-        for (const Capture& taken : c.captures) {
-            for (auto [a, b] : edges(taken)) {
-                if (sight_.cross(g.i, g.k, a, b) || sight_.cross(g.j, g.k, a, b)) return false;
-            }
-        }
-        return true;
+        auto is_crossed = [&](Edge e) {
+            return sight_.cross(g.i, g.k, e.i, e.j) || sight_.cross(g.j, g.k, e.i, e.j);
+        };
+        return std::none_of(made_.begin(), made_.end(), is_crossed);
     }
 
     const Triangulation& t_;
     const Constriction& c_;
     Sight sight_;
     Limit limit_;
-    // Of the cluster at hand: what it has changed of the ring, candidates, windows to look through.
-    Table ring_;
+    // Of the cluster at hand: what it has changed of the ring, its members, the edges that captures
+    // have made and that are there; candidates, windows to look through, edges to look at.
+    Table ring_, place_;
+    std::vector<Viewer> viewers_;
+    std::vector<Edge> made_;
+    // And triangles passed through or overlapped, some more than once, and what was seen there.
+    std::vector<Index> passed_, overlapped_;
+    std::vector<Sighting> noticed_;
+    Rooms rooms_{t_, c_};
     Heap<Candidate, Smaller> candidates_{Smaller{t_}};
     Heap<Sight::Window, Smaller> frontier_{Smaller{t_}};
+    Heap<Glance, Smaller> glances_{Smaller{t_}};
 };
 
 }  // namespace flintknap

@@ -104,7 +104,7 @@ class Constriction : public Grafts {
     void vanished() { --left_inside_; }
 
     // Returns false if so much changes that a run from scratch is better, and needed then.
-    bool repair() {
+    [[nodiscard]] bool repair() {
         const Mesh& m = t_.mesh();
         std::int64_t enough = touched_ + t_.size();
         work_ = 0;

@@ -350,7 +350,7 @@ class Search {
         double lead = dot * best_cross - best_dot * height;
         double ends = along > 0 ? ex * ex + ey * ey : dx * dx + dy * dy;
         double line = height * per_length_;
-        double squared = (along > 0) & (along < length2_) ? line * line : ends;
+        double squared = ((along > 0) & (along < length2_)) ? line * line : ends;
         double room = far_low_ - 16 * kUlp * (reach + away);
         bool is_enclosed = (height > 6 * kUlp * reach_ * reach) &
                            (lead < -best_reach * reach * (away + best_away));

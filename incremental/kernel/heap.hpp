@@ -20,7 +20,6 @@ class Heap {
     bool empty() const { return items_.empty(); }
     void clear() { items_.clear(); }
     const T& top() const { return items_.front(); }
-    const std::vector<T>& items() const { return items_; }  // the first is on top
 
     void push(const T& item) {
         items_.push_back(item);

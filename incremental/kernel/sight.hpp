@@ -42,6 +42,9 @@ class Sight {
    public:
     static constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 
+    // More than what rounding does to a few products, and to what is made of them.
+    static constexpr double kSlack = 1e-14;
+
     // A cone of k between `right` and `left` that leaves a triangle through `edge`; or, if there is
     // no edge, an edge of the ring from `right` to `left` that is seen whole. A triangle that has k
     // and a corner behind it has no size below `size`, and no need above `need`.
@@ -113,6 +116,17 @@ class Sight {
     double size(Index k, Index p, double need) const {
         Point d = way(k, p);
         return (d.x * d.x + d.y * d.y) * (1 + need * need);
+    }
+
+    // No more than the square of the distance of the segment mn from 0.
+    static double distance(Point m, Point n) {
+        Product mm = dot(m, m), nn = dot(n, n), mn = dot(m, n);
+        if (mn.value - mn.error >= mm.value + mm.error) return mm.value - mm.error;
+        if (mn.value - mn.error >= nn.value + nn.error) return nn.value - nn.error;
+        Product area = cross(m, n), along = dot({n.x - m.x, n.y - m.y}, {n.x - m.x, n.y - m.y});
+        double least = std::max(area.value - area.error, 0.0);
+        double most = along.value + kSlack * (mm.value + nn.value);
+        return (1 - kSlack) * (least * (least / most));
     }
 
     // Whether the triangle over ij, with all three sides inside the object, turns left and holds no
@@ -244,9 +258,6 @@ class Sight {
     }
 
     // ---------------------------------------------------------------- bounds, seen from k
-    // More than what rounding does to a few products, and to what is made of them.
-    static constexpr double kSlack = 1e-14;
-
     // What k sees, as a vector from there.
     Point way(Index k, Index v) const {
         Point from = t_.site(k), to = t_.site(v);
@@ -272,17 +283,6 @@ class Sight {
         Product of_a = cross(a, along), of_v = cross(v, along);
         double times = (of_a.value - of_a.error) / (of_v.value + of_v.error);
         return times > 1 ? Point{times * v.x, times * v.y} : v;
-    }
-
-    // No more than the square of the distance of the segment mn.
-    static double distance(Point m, Point n) {
-        Product mm = dot(m, m), nn = dot(n, n), mn = dot(m, n);
-        if (mn.value - mn.error >= mm.value + mm.error) return mm.value - mm.error;
-        if (mn.value - mn.error >= nn.value + nn.error) return nn.value - nn.error;
-        Product area = cross(m, n), along = dot({n.x - m.x, n.y - m.y}, {n.x - m.x, n.y - m.y});
-        double least = std::max(area.value - area.error, 0.0);
-        double most = along.value + kSlack * (mm.value + nn.value);
-        return (1 - kSlack) * (least * (least / most));
     }
 
     // A value that the cotangent of the angle at q from k to p, or 0 if that is less, does not

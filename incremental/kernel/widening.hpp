@@ -30,11 +30,7 @@ class Widening {
    public:
     Widening(const Triangulation& triangulation, const Constriction& constriction, Links& links,
              Limit limit)
-        : t_(triangulation),
-          c_(constriction),
-          links_(links),
-          captor_(triangulation, constriction, limit),
-          limit_(limit) {}
+        : t_(triangulation), c_(constriction), links_(links), limit_(limit) {}
 
     Limit limit() const { return limit_; }
 
@@ -156,35 +152,61 @@ class Widening {
     }
 
    private:
-    bool is_locked(Index v) const { return captor_.is_locked(v); }
+    bool is_locked(Index v) const { return t_.is_site(v) && !c_.on_ring(v); }
 
     // Puts the vertices that wait into clusters and widens these, until no two of them meet.
     template <class Poll>
     void settle(Poll poll) {
-        made_.clear();
-        for (Index v : pending_) made_.push_back(add_cluster(v));
+        begin_clusters();
+        Captor captor(t_, c_, limit_);
         std::vector<Index> open = made_, united;
         for (; !open.empty(); std::swap(open, united)) {
             for (Index id : open) {
-                captor_.run(cluster(id), poll);
+                captor.run(cluster(id), poll);
                 enroll(id);
             }
             united.clear();
             for (Index id : open) {
-                if (cluster(id).is_enrolled && unite_with_those_met(id)) united.push_back(id);
+                if (cluster(id).is_enrolled && unite_with_those_met(id, captor))
+                    united.push_back(id);
             }
         }
         for (Index id : made_) {
             if (cluster(id).is_enrolled) link(cluster(id));
-            cluster(id).ahead = {};
-            cluster(id).found = {};
-            cluster(id).is_known = false;
         }
     }
 
     Cluster& cluster(Index id) { return clusters_[at(id)]; }
 
-    Index add_cluster(Index v) {
+    // Of those that wait, which are sorted, makes a cluster of each set that is linked by edges:
+    // neighbours would meet.
+    void begin_clusters() {
+        made_.clear();
+        const Mesh& m = t_.mesh();
+        std::vector<bool> is_taken(pending_.size());
+        auto take = [&](std::size_t n, std::vector<Index>& members) {
+            if (!is_taken[n]) members.push_back(pending_[n]);
+            is_taken[n] = true;
+        };
+        for (std::size_t n = 0; n < pending_.size(); ++n) {
+            if (is_taken[n]) continue;
+            made_.push_back(add_cluster());
+            std::vector<Index>& members = cluster(made_.back()).members;
+            take(n, members);
+            for (std::size_t i = 0; i < members.size(); ++i) {
+                Index first = m.leaving(members[i]), h = first;
+                do {
+                    auto found = std::lower_bound(pending_.begin(), pending_.end(), m.target(h));
+                    if (found != pending_.end() && *found == m.target(h)) {
+                        take(static_cast<std::size_t>(found - pending_.begin()), members);
+                    }
+                    h = m.turn(h);
+                } while (h != first);
+            }
+        }
+    }
+
+    Index add_cluster() {
         Index id = static_cast<Index>(clusters_.size());
         if (free_.empty()) {
             clusters_.emplace_back();
@@ -192,14 +214,12 @@ class Widening {
             id = free_.back();
             free_.pop_back();
         }
-        cluster(id).members.push_back(v);
-        cluster(id).fresh.push_back(v);
         return id;
     }
 
     // ---------------------------------------------------------------- several clusters
     // Unites the cluster with all that meet it, to be run again; false if there are none.
-    bool unite_with_those_met(Index id) {
+    bool unite_with_those_met(Index id, const Captor& captor) {
         std::vector<Index> near, met;
         const Cluster& c = cluster(id);
         for (Index x : c.covered) covered_.collect(x, near);
@@ -209,23 +229,14 @@ class Widening {
         for (Index other : near) {
             const Cluster& o = cluster(other);
             if (other == id) continue;
-            if (captor_.overlap(c, o) || captor_.could_use(c, o) || captor_.could_use(o, c)) {
+            if (captor.overlap(c, o) || captor.could_use(c, o) || captor.could_use(o, c)) {
                 met.push_back(other);
             }
         }
         if (!met.empty()) retire(id);
         for (Index other : met) {
             retire(other);
-            Cluster &to = cluster(id), &from = cluster(other);
-            append(to.members, from.members);
-            if (from.is_known) {
-                append(to.triangles, from.triangles);
-                append(to.sightings, from.sightings);
-                append(to.ahead, from.ahead);
-                append(to.found, from.found);
-            } else {
-                append(to.fresh, from.members);
-            }
+            append(cluster(id).members, cluster(other).members);
             drop(other);
         }
         return !met.empty();
@@ -331,7 +342,6 @@ class Widening {
     const Triangulation& t_;
     const Constriction& c_;
     Links& links_;
-    Captor captor_;
     Limit limit_;
     std::vector<Cluster> clusters_;  // those that are gone have no members
     std::vector<Index> free_;

@@ -270,8 +270,8 @@ class Bare {
     void look() {}
     void settle() {
         if (t_->is_flat()) return;
-        if (is_built_) {
-            c_->repair();
+        if (is_built_ && c_->repair()) {
+            c_->forget_changes();
         } else {
             c_->build();
         }
