@@ -286,14 +286,15 @@ class Constriction : public Grafts {
     // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
     void settle(Index e) {
         Index parent = opener(forest_.edge(e));
-        bool is_opener_adrift = parent != kNone && forest_.is_adrift(parent);
-        if (parent != kNone && !is_opener_adrift && graft(e, parent)) return;
+        if (parent != kNone && has_happened(parent)) return graft(e, parent);
         if (forest_.is_adrift(e)) {
             put_back(e);
             queue_gates_at_freed();
-        } else {
-            set_adrift(e, is_opener_adrift ? parent : kNone);
+            return;
         }
+        bool hangs = parent != kNone && forest_.is_adrift(parent);
+        if (parent != kNone && !hangs) forest_.set_waiting(parent, true);
+        set_adrift(e, hangs ? parent : kNone);
     }
 
     // Takes an orphan to the end of time, and with it what hangs from it up to the next orphan.

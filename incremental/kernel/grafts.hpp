@@ -4,14 +4,14 @@
 // event that opened the gate is its parent now. Mostly it stands where it belongs already, and
 // nothing else happens. Else it is
 //
-//     delayed     to behind the parent, with the runs (forest.hpp) that hang from it up to there;
-//     advanced    with the runs behind it that hang from it, until one need not move;
+//     advanced    with the runs (forest.hpp) behind it that hang from it, up to one that stands
+//                 where it belongs; or
 //     landed      from adrift, with all that hangs from it.
 //
-//      q           p          Of what comes later, gates to its sites are queued to be offered
-//       \    ==>    \         anew. Of what comes earlier, small gates to sites of what was
-//        e           e        passed are, looked for on the side that has fewer. What lands comes
-//       / \         / \       later than it went adrift, so its gates need not be.
+//      q           p          Of what is advanced, small gates to sites of what it passes are
+//       \    ==>    \         queued to be offered anew, looked for on the side that has fewer.
+//        e           e        What lands comes later than it went adrift, so none of its gates
+//       / \         / \       need be.
 //
 // Cost: O(log n) for each event looked at: those that moved or the fewer of them and those passed.
 #pragma once
@@ -72,14 +72,15 @@ class Grafts : public Captures {
     // The event behind the run that starts with r, or kNone.
     Index end_of_run(Index r) const { return forest_.first_as_large(r, forest_.gate(r)); }
 
-    // Hangs event e from the event that opens its gate now. False if that one hangs from e.
-    bool graft(Index e, Index parent) {
-        if (forest_.first_as_large(parent, forest_.gate(e)) == e) {
-            forest_.set_parent(e, parent);
-            return true;
+    // Hangs event e from the one before it that opens its gate now.
+    void graft(Index e, Index parent) {
+        forest_.set_parent(e, parent);
+        if (forest_.first_as_large(parent, forest_.gate(e)) == e) return;
+        if (forest_.is_adrift(e)) {
+            land(e);
+        } else {
+            advance(e);
         }
-        if (forest_.earlier(e, parent)) return delay(e, parent);
-        return forest_.is_adrift(e) ? land(e, parent) : advance(e, parent);
     }
 
     std::vector<Index> queue_;   // gates to be offered
@@ -118,38 +119,10 @@ class Grafts : public Captures {
         forest_.move(run.first, run.last, forest_.first_as_large(parent, forest_.gate(run.first)));
     }
 
-    // Grafts e where it comes later. Of the runs that hang from it, those move along that have come
-    // before the new parent.
-    bool delay(Index e, Index parent) {
-        runs_.clear();
-        for (Index r = e, end = kNone;; r = end) {
-            end = end_of_run(r);
-            bool hangs = r == e || hangs_from_runs(r);
-            if (end == kNone || forest_.earlier(parent, end)) {
-                if (hangs) return false;
-                break;
-            }
-            if (hangs) runs_.push_back({r, last_before(end)});
-            ++work_;
-        }
-        forest_.set_parent(e, parent);
-        inside_.clear();
-        for (Run run : runs_) {
-            move(run);
-            list(run);
-        }
-        for (Index x : inside_) {
-            if (is_taken(x)) queue_gates_at(t_.mesh().apex(forest_.edge(x)));
-        }
-        work_ += inside_.size();
-        return true;
-    }
-
     // Grafts e where it comes earlier. Of the runs that hang from it, those move along that are not
     // larger than all that e has passed.
-    bool advance(Index e, Index parent) {
+    void advance(Index e) {
         runs_.clear();
-        forest_.set_parent(e, parent);
         double largest = forest_.key(e);
         Index r = e;
         while (true) {
@@ -166,13 +139,11 @@ class Grafts : public Captures {
             ++work_;
         }
         recheck(e, r, std::max(largest, forest_.key(r)));
-        return true;
     }
 
     // Grafts e, which is adrift, with all that hangs from it.
-    bool land(Index e, Index parent) {
+    void land(Index e) {
         inside_.clear();
-        forest_.set_parent(e, parent);
         std::size_t adrift = 1;  // whose parents are not
         for (Index r = e, end = kNone; adrift > 0; r = end) {
             end = end_of_run(r);
@@ -192,7 +163,6 @@ class Grafts : public Captures {
             }
         }
         work_ += inside_.size();
-        return true;
     }
 
     // Runs have moved, to where they come before some of those between `from` and `to`: gates that
