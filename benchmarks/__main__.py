@@ -18,6 +18,7 @@ NAMES = (
     "live",
     "follow",
     "removal",
+    "snapshot",
     "memory",
     "replay",
     "query",
