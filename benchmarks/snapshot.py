@@ -54,19 +54,15 @@ def contenders(points: Points, folder: Path) -> dict[str, Contender[str]]:
             bounded(fk.load(path))
         return ""
 
-    def inserted(clock: Clock) -> str:
-        engine = fk.Engine()
-        with clock.lap(n):
-            engine.insert(points)
-            bounded(engine)
-        return ""
+    def inserted(up_to: Callable[[fk.Engine], None]) -> Contender[str]:
+        def contender(clock: Clock) -> str:
+            engine = fk.Engine()
+            with clock.lap(n):
+                engine.insert(points)
+                up_to(engine)
+            return ""
 
-    def only_triangulated(clock: Clock) -> str:
-        engine = fk.Engine()
-        with clock.lap(n):
-            engine.insert(points)
-            triangulated(engine)
-        return ""
+        return contender
 
     def saved(clock: Clock) -> str:
         with clock.lap(n):
@@ -75,7 +71,7 @@ def contenders(points: Points, folder: Path) -> dict[str, Contender[str]]:
 
     return {
         "flintknap, loaded": loaded,
-        "inserted": inserted,
-        "inserted, triangulated": only_triangulated,
+        "inserted": inserted(bounded),
+        "inserted, triangulated": inserted(triangulated),
         "saved": saved,
     }
