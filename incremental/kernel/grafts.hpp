@@ -196,7 +196,7 @@ class Grafts : public Captures {
         const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
         for (std::size_t i = 0; i < events.size(); ++i) {
             fetch_ahead(events, i);
-            if (!is_taken(events[i])) continue;
+            if (forest_.is_dead(events[i])) continue;
             if (are_fewer_inside) {
                 for (Index gate : gates_of(events[i])) queue_small(gate);
             } else {
@@ -222,9 +222,6 @@ class Grafts : public Captures {
             }
         }
     }
-
-    // Whether an event is neither dead nor without an edge.
-    bool is_taken(Index e) const { return forest_.edge(e) >= 0; }
 
     std::vector<Run> runs_;  // those that a graft moves
     std::vector<Index> outside_;
