@@ -85,6 +85,46 @@ def test_changes_one_by_one_equal_a_run_from_scratch(name: str, d_min: float) ->
     assert engine.digest() == fresh.digest()
 
 
+def channel(rng: np.random.Generator, n: int) -> Points:
+    """Return points of two banks that wind twice around each other, drawn anew each time."""
+    along, across = rng.random(n), np.where(rng.random(n) < 0.5, 0.0, 0.05)
+    radius, angle = 0.1 + along + 0.9 * across, 12 * along
+    return np.column_stack((radius * np.cos(angle), radius * np.sin(angle)))
+
+
+@pytest.mark.parametrize("seed", [69, 464, 1567, 2634, 2679, 2883, 5185, 5402])
+def test_gates_into_a_run_that_is_adrift_come_in_time(seed: int) -> None:
+    """In each of these, one that is kept with a raft captures a site before it is back."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.choice([150, 300, 600]))
+    engine = fk.Engine(d_min=0.0)
+    ids = engine.insert(channel(rng, n)).tolist()
+    engine.side(0.0, 0.0)
+    for _ in range(60):
+        if rng.random() < 0.5:
+            engine.remove(ids.pop(int(rng.integers(len(ids)))))
+        else:
+            ids.append(engine.insert(*channel(rng, 1)[0].tolist()))
+        engine.side(0.0, 0.0)
+    engine.check()
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_long_pockets_that_go_adrift_come_back(name: str) -> None:
+    points = np.random.default_rng(6).permutation(SETS[name](1200))
+    rng = np.random.default_rng(7)
+    engine = fk.Engine(d_min=0.0)
+    ids = np.unique(engine.insert(points[60:])).tolist()
+    engine.side(0.0, 0.0)
+    for x, y in points[:60].tolist():
+        ids.append(engine.insert(x, y))
+        engine.side(0.0, 0.0)
+        engine.check()
+        engine.remove(ids.pop(int(rng.integers(len(ids)))))
+        engine.side(0.0, 0.0)
+        engine.check()
+
+
 @pytest.mark.parametrize("n", [2000, 32000])
 def test_a_change_of_a_clean_curve_touches_few_events(n: int) -> None:
     """Without grafting, these derive a bay anew: a hundred events, and sixteen hundred."""

@@ -43,6 +43,10 @@ def cotangent(*points):
     return _kernel.cotangent(*flat(points))
 
 
+def cotangent_floor(*points):
+    return _kernel.cotangent_floor(*flat(points))
+
+
 def flat(points):
     return [float(v) for p in points for v in p]
 
@@ -174,6 +178,15 @@ def test_cotangent_is_rounded_once(points):
     i, j, k = turned_left(*points[:3])
     for p, q, r in ((i, j, k), (j, k, i), (k, i, j)):
         assert cotangent(p, q, r) == oracles.cotangent(p, q, r)
+        assert cotangent_floor(p, q, r) <= oracles.cotangent(p, q, r)
+
+
+def test_the_floor_of_a_cotangent_is_close():
+    rng = np.random.default_rng(11)
+    for _ in range(300):
+        i, j, k = rng.random((3, 2)).tolist()
+        i, j = (i, j) if orient(i, j, k) > 0 else (j, i)
+        assert cotangent(i, j, k) - cotangent_floor(i, j, k) < 1e-9 * (1 + cotangent(i, j, k) ** 2)
 
 
 @pytest.mark.parametrize("magnitude", [1e-60, 1e-3, 1.0, 1e17, 1e60])

@@ -33,15 +33,15 @@
 #include <utility>
 #include <vector>
 
-#include "grafts.hpp"
 #include "heap.hpp"
 #include "links.hpp"
+#include "rafts.hpp"
 
 namespace flintknap {
 
-class Constriction : public Grafts {
+class Constriction : public Rafts {
    public:
-    using Grafts::Grafts;
+    using Rafts::Rafts;
 
     Links& links() { return links_; }
     const Links& links() const { return links_; }
@@ -156,6 +156,7 @@ class Constriction : public Grafts {
         retired_.clear();
         queue_.clear();
         open_.clear();
+        leave();
     }
 
     // Between repairs only: changes in progress do not travel.
@@ -198,6 +199,7 @@ class Constriction : public Grafts {
 
     // Ends one whose triangle stays: its gates may be open again.
     void put_back(Index e) {
+        if (is_on_raft(e)) offer_raft();
         queue_gates_into(Mesh::triangle(forest_.edge(e)));
         kill(e);
     }
@@ -238,7 +240,8 @@ class Constriction : public Grafts {
     }
     void queue_gates_at_freed() {
         for (Index v : freed_) {
-            if (!on_ring(v) && t_.is_site(v)) queue_gates_at(v);
+            if (on_ring(v) || !t_.is_site(v)) continue;
+            visit_gates_around(t_.mesh().leaving(v), [&](Index gate) { queue(gate); });
         }
         freed_.clear();
     }
@@ -246,29 +249,45 @@ class Constriction : public Grafts {
     // Does what is to be done next: the smallest gate captures, or the first that waits is settled
     // or offers its gates. False if nothing is left to do.
     bool proceed() {
-        Index e = forest_.first_waiting();
-        for (; !open_.empty(); open_.pop()) {
+        while (!open_.empty() && !is_wanted(open_.top())) open_.pop();
+        Index e = has_raft() ? forest_.next(now_) : forest_.first_waiting();
+        if (has_raft()) {
+            if (starts_raft(e) && !is_orphan(e)) {
+                leave();
+                return true;
+            }
+            if (unload(open_.empty() ? forest_.key(e) : open_.top().key, e)) return true;
+        }
+        if (!open_.empty()) {
             Gate gate = open_.top();
-            Index holder = holder_[at(t_.mesh().apex(gate.edge))];
-            if (!is_inside(Mesh::triangle(gate.edge))) continue;
-            if (holder != kNone && has_happened(holder)) continue;
             Index place = forest_.first_as_large(now_, gate);
-            if (e != kNone && forest_.earlier(e, place)) break;
-            if (holder != kNone && forest_.earlier(holder, place)) continue;
-            open_.pop();
-            capture(gate, place);
-            return true;
+            if (e == kNone || !forest_.earlier(e, place)) {
+                open_.pop();
+                Index holder = holder_[at(t_.mesh().apex(gate.edge))];
+                if (holder == kNone || !forest_.earlier(holder, place)) capture(gate, place);
+                return true;
+            }
         }
         if (e == kNone) return false;
-        if (forest_.parent(e) == kNone) {
+        if (is_orphan(e)) {
             now_ = forest_.previous(forest_.is_adrift(e) ? Forest::kNever : e);
             settle(e);
-        } else {
-            now_ = e;
+            return true;
+        }
+        now_ = e;
+        if (forest_.is_dead(e)) return true;
+        if (forest_.waits(e)) {
             forest_.set_waiting(e, false);
             for (Index gate : gates_of(e)) queue(gate);
+        } else {
+            queue_gates_to_raft(e);
         }
         return true;
+    }
+
+    bool is_wanted(Gate gate) const {
+        Index holder = holder_[at(t_.mesh().apex(gate.edge))];
+        return is_inside(Mesh::triangle(gate.edge)) && (holder == kNone || !has_happened(holder));
     }
 
     void capture(Gate gate, Index place) {
@@ -308,14 +327,20 @@ class Constriction : public Grafts {
         }
         Index after = parent == kNone ? Forest::kNever : parent;
         forest_.move(e, inside_.back(), forest_.first_as_large(after, forest_.gate(e)));
-        for (Index x : inside_) {
-            if (forest_.is_dead(x)) continue;
-            visit_children(x, [&](Index child) {
+        for (std::size_t i = 0; i < inside_.size(); ++i) {
+            fetch_events_ahead(inside_, i);
+            if (forest_.is_dead(inside_[i])) continue;
+            visit_children(inside_[i], [&](Index child) {
                 if (!forest_.is_adrift(child)) orphan(child);
             });
-            queue_gates_at(t_.mesh().apex(forest_.edge(x)));
         }
         work_ += inside_.size();
+        if (board()) return;
+        for (Index x : inside_) {
+            if (forest_.is_dead(x)) continue;
+            queue_gates_to(x);
+            if (has_raft()) queue_gates_to_raft(x);
+        }
     }
 
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.

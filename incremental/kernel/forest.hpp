@@ -41,6 +41,12 @@ inline Gate make_gate(const Triangulation& t, Index edge) {
     return {cotangent(t.site(m.origin(edge)), t.site(m.target(edge)), t.site(m.apex(edge))), edge};
 }
 
+// What its key is no smaller than, cheaply.
+inline double key_floor(const Triangulation& t, Index edge) {
+    const Mesh& m = t.mesh();
+    return cotangent_floor(t.site(m.origin(edge)), t.site(m.target(edge)), t.site(m.apex(edge)));
+}
+
 // A strict total order: by key, then by the coordinates of apex, origin and target.
 inline bool smaller(const Triangulation& t, Gate a, Gate b) {
     if (a.key != b.key) return a.key < b.key;
@@ -138,6 +144,7 @@ class Forest {
     }
     // The first event that waits, or kNone.
     Index first_waiting() const { return timeline_.first_waiting(); }
+    bool waits(Index e) const { return timeline_.waits(e); }
     void set_waiting(Index e, bool waits) { timeline_.set_waiting(e, waits); }
 
     // Ends an event while its triangle is there. It keeps its place in the order.

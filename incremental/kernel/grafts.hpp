@@ -29,6 +29,11 @@ class Grafts : public Captures {
     using Captures::Captures;
 
    protected:
+    // A run of events: one and those behind it that are smaller, mostly what hangs from it.
+    struct Run {
+        Index first, last;
+    };
+
     static constexpr std::size_t kAhead = 3;  // so many gates are fetched ahead
 
     // The gates that an event opens; the events f(child) that have been through one.
@@ -44,6 +49,27 @@ class Grafts : public Captures {
         }
     }
 
+    // Fetches what those events will be asked for of which the i-th is next.
+    void fetch_events_ahead(const std::vector<Index>& events, std::size_t i) const {
+        const Mesh& m = t_.mesh();
+        auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
+        if (i + 4 * kAhead < events.size()) forest_.prefetch(events[i + 4 * kAhead]);
+        if (Index h = edge(i + 3 * kAhead); h >= 0) {
+            __builtin_prefetch(&event_of_[at(Mesh::triangle(h))]);
+            m.prefetch(h);
+        }
+        if (Index h = edge(i + 2 * kAhead); h >= 0) {
+            for (Index gate : {m.twin(Mesh::next(h)), m.twin(Mesh::prev(h))}) {
+                __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
+                m.prefetch(gate);
+            }
+        }
+    }
+
+    void queue_gates_to(Index e) {
+        visit_gates_to(e, [&](Index gate) { queue(gate); });
+    }
+
     bool is_orphan(Index e) const { return forest_.parent(e) == kNone && !forest_.is_dead(e); }
 
     void queue(Index edge) {
@@ -55,18 +81,20 @@ class Grafts : public Captures {
         for (Index side = 0; side < 3; ++side) queue(3 * x + side);
     }
 
-    // Gates f(edge) that lead to a vertex, or would if they were open.
+    // Gates f(edge) that lead to the vertex which a half-edge leaves, or would if they were open.
     template <class F>
-    void visit_gates_at(Index v, F&& f) const {
+    void visit_gates_around(Index first, F&& f) const {
         const Mesh& m = t_.mesh();
-        Index first = m.leaving(v), h = first;
+        Index h = first;
         do {
             if (is_inside(Mesh::triangle(h))) f(Mesh::next(h));
             h = m.turn(h);
         } while (h != first);
     }
-    void queue_gates_at(Index v) {
-        visit_gates_at(v, [&](Index gate) { queue(gate); });
+    // And those that lead to the site of an event.
+    template <class F>
+    void visit_gates_to(Index e, F&& f) const {
+        visit_gates_around(Mesh::prev(forest_.edge(e)), f);
     }
 
     // The event behind the run that starts with r, or kNone.
@@ -83,16 +111,12 @@ class Grafts : public Captures {
         }
     }
 
-    std::vector<Index> queue_;   // gates to be offered
-    std::size_t work_ = 0;       // events that were looked at again
-    std::vector<Index> inside_;  // those that moved
+    std::vector<Index> queue_;    // gates to be offered
+    std::size_t work_ = 0;        // events that were looked at again
+    std::vector<Index> inside_;   // those that moved
+    std::vector<Index> outside_;  // and those that they passed, or others that matter
 
    private:
-    // A run of events: one and those behind it that are smaller, mostly what hangs from it.
-    struct Run {
-        Index first, last;
-    };
-
     Index last_before(Index end) const {
         return end == kNone ? forest_.last() : forest_.previous(end);
     }
@@ -190,41 +214,23 @@ class Grafts : public Captures {
         }
         auto queue_small = [&](Index gate) {
             if (!is_inside(Mesh::triangle(gate))) return;
-            if (make_gate(t_, gate).key <= largest) queue(gate);
+            if (key_floor(t_, gate) <= largest) queue(gate);
         };
         bool are_fewer_inside = run == runs_.end();
         const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
         for (std::size_t i = 0; i < events.size(); ++i) {
-            fetch_ahead(events, i);
+            fetch_events_ahead(events, i);
             if (forest_.is_dead(events[i])) continue;
             if (are_fewer_inside) {
                 for (Index gate : gates_of(events[i])) queue_small(gate);
             } else {
-                visit_gates_at(t_.mesh().apex(forest_.edge(events[i])), queue_small);
+                visit_gates_to(events[i], queue_small);
             }
         }
         work_ += events.size();
     }
 
-    // Fetches what those events will be asked for of which the i-th is next.
-    void fetch_ahead(const std::vector<Index>& events, std::size_t i) const {
-        const Mesh& m = t_.mesh();
-        auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
-        if (i + 4 * kAhead < events.size()) forest_.prefetch(events[i + 4 * kAhead]);
-        if (Index h = edge(i + 3 * kAhead); h >= 0) {
-            __builtin_prefetch(&event_of_[at(Mesh::triangle(h))]);
-            m.prefetch(h);
-        }
-        if (Index h = edge(i + 2 * kAhead); h >= 0) {
-            for (Index gate : {m.twin(Mesh::next(h)), m.twin(Mesh::prev(h))}) {
-                __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
-                m.prefetch(gate);
-            }
-        }
-    }
-
     std::vector<Run> runs_;  // those that a graft moves
-    std::vector<Index> outside_;
 };
 
 }  // namespace flintknap

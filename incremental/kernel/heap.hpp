@@ -18,6 +18,7 @@ class Heap {
     explicit Heap(Before before) : before_(before) {}
 
     bool empty() const { return items_.empty(); }
+    std::size_t size() const { return items_.size(); }
     void clear() { items_.clear(); }
     const T& top() const { return items_.front(); }
 

@@ -308,4 +308,17 @@ inline double cotangent(Point i, Point j, Point k) {
     return exact_cotangent(i, j, k);
 }
 
+// A number that is no larger, by a few ulps unless much cancels, at a tenth of the cost.
+inline double cotangent_floor(Point i, Point j, Point k) {
+    constexpr double unit = 8 * kUlp;  // four would do but for roundings of the bounds themselves
+    double ux = i.x - k.x, uy = i.y - k.y, vx = j.x - k.x, vy = j.y - k.y;
+    double xx = ux * vx, yy = uy * vy, xy = ux * vy, yx = uy * vx;
+    double dot = (xx + yy) - unit * (std::fabs(xx) + std::fabs(yy));
+    double error = unit * (std::fabs(xy) + std::fabs(yx));
+    double cross = (xy - yx) + (dot < 0 ? -error : error);
+    if (!(cross > 0)) return -std::numeric_limits<double>::infinity();
+    double q = dot / cross;
+    return q - unit * std::fabs(q);
+}
+
 }  // namespace flintknap

@@ -27,6 +27,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -44,7 +45,7 @@ class Timeline {
 
     void clear() {
         nodes_.clear();
-        leaf_of_.clear();
+        seats_.clear();
         root_ = free_ = kNone;
     }
 
@@ -52,7 +53,7 @@ class Timeline {
     template <class F>
     void assign(std::size_t n, F&& event) {
         clear();
-        leaf_of_.resize(n, kNone);
+        seats_.resize(n);
         std::size_t leaves = plant_level(n, 0, event);
         for (std::size_t from = 0, wide = leaves; wide > 1;) {
             Index height = node(static_cast<Index>(from)).height + 1;
@@ -67,11 +68,7 @@ class Timeline {
     // Whether a comes before b.
     bool before(Index a, Index b) const {
         Index p = leaf_of(a), q = leaf_of(b);
-        if (p == q) {
-            const Index* each = node(p).events;
-            while (*each != a && *each != b) ++each;
-            return *each != b;
-        }
+        if (p == q) return place_in(p, a) < place_in(p, b);
         while (node(p).parent != node(q).parent) {
             p = node(p).parent;
             q = node(q).parent;
@@ -79,7 +76,7 @@ class Timeline {
         return node(p).place < node(q).place;
     }
 
-    void prefetch(Index e) const { __builtin_prefetch(&leaf_of_[at(e)]); }
+    void prefetch(Index e) const { __builtin_prefetch(&seats_[at(e)]); }
 
     // The neighbours of an event, or kNone.
     Index next(Index e) const {
@@ -140,7 +137,7 @@ class Timeline {
 
     // Puts a new event before another one, or behind the last (kNone).
     void insert(Index e, Index other, bool waits) {
-        leaf_of_.resize(std::max(leaf_of_.size(), at(e) + 1), kNone);
+        seats_.resize(std::max(seats_.size(), at(e) + 1));
         Index neighbour = other == kNone ? last() : other;
         if (node(leaf_of(neighbour)).count == kRoom) halve(leaf_of(neighbour));
         Index n = leaf_of(neighbour), i = place_in(n, neighbour) + (other == kNone ? 1 : 0);
@@ -157,7 +154,7 @@ class Timeline {
         Index n = leaf_of(e), place = place_in(n, e);
         if (bit(n, place)) set_waiting(n, place, false);
         take(n, place);
-        leaf_of_[at(e)] = kNone;
+        seats_[at(e)] = {};
         while (node(n).count == 0) {
             Index p = node(n).parent;
             take(p, node(n).place);
@@ -211,13 +208,13 @@ class Timeline {
     template <class Archive>
     void transfer(Archive& archive) {
         archive(nodes_);
-        archive(leaf_of_);
+        archive(seats_);
         archive(root_);
         archive(free_);
     }
 
     std::size_t bytes() const {
-        return nodes_.capacity() * sizeof(Node) + leaf_of_.capacity() * sizeof(Index);
+        return nodes_.capacity() * sizeof(Node) + seats_.capacity() * sizeof(Seat);
     }
 
     // The first broken invariant, or nothing. O(n).
@@ -246,11 +243,18 @@ class Timeline {
         };
     };
 
+    // The leaf with an event; and its place there as it was last seen, near which it is still.
+    static constexpr unsigned kNowhere = (1U << 26) - 1;
+    struct Seat {
+        unsigned leaf : 26, place : 6;
+        Seat(unsigned l = kNowhere, unsigned p = 0) : leaf(l & kNowhere), place(p & 63U) {}
+    };
+
     static Index first_bit(std::uint64_t bits) { return __builtin_ctzll(bits); }
     static std::uint64_t bits_below(Index i) { return (std::uint64_t{1} << i) - 1; }
 
     const Node& node(Index n) const { return nodes_[at(n)]; }
-    Index leaf_of(Index e) const { return leaf_of_[at(e)]; }
+    Index leaf_of(Index e) const { return static_cast<Index>(seats_[at(e)].leaf); }
 
     // What a node holds: events, or children.
     const Index* items(Index n) const {
@@ -263,9 +267,18 @@ class Timeline {
     Index room(Index n) const { return node(n).height > 0 ? kBranches : kRoom; }
     Index fill(Index n) const { return node(n).height > 0 ? kBranch : kFill; }
     Index place_in(Index leaf, Index e) const {
-        const Index *first = node(leaf).events, *each = first;
-        while (*each != e) ++each;
-        return static_cast<Index>(each - first);
+        const Node& x = node(leaf);
+        Index guess = static_cast<Index>(seats_[at(e)].place), below = guess, above = guess;
+        if (guess < x.count && x.events[guess] == e) return guess;
+        while (true) {
+            if (--below >= 0 && below < x.count && x.events[below] == e) break;
+            if (++above < x.count && x.events[above] == e) {
+                below = above;
+                break;
+            }
+        }
+        seats_[at(e)].place = static_cast<unsigned>(below) & 63U;
+        return below;
     }
     Index last_in(Index n) const {
         while (node(n).height > 0) n = node(n).inner.children[node(n).count - 1];
@@ -288,6 +301,7 @@ class Timeline {
             free_ = node(n).parent;
         } else {
             n = static_cast<Index>(nodes_.size());
+            if (at(n) == kNowhere) throw std::bad_alloc();
             nodes_.push_back({});
         }
         Node& x = nodes_[at(n)];
@@ -312,7 +326,7 @@ class Timeline {
                 Index held = item(k);
                 items(made)[x.count] = held;
                 if (height > 0) x.inner.keys[x.count] = key_of(held);
-                settle(held, made);
+                settle(made, x.count);
             }
             number(made, 0);
             pull(made);
@@ -322,11 +336,16 @@ class Timeline {
 
     double key_of(Index child) const { return keys_.key(node(child).largest); }
 
-    // Tells an item where it is.
-    void settle(Index item, Index n) {
-        (node(n).height > 0 ? nodes_[at(item)].parent : leaf_of_[at(item)]) = n;
+    // Tells the i-th item of a node where it is.
+    void settle(Index n, Index i) {
+        Index item = items(n)[i];
+        if (node(n).height > 0) {
+            nodes_[at(item)].parent = n;
+        } else {
+            seats_[at(item)] = {static_cast<unsigned>(n) & kNowhere,
+                                static_cast<unsigned>(i) & 63U};
+        }
     }
-    void append(Index n, Index item, bool waits) { put(n, node(n).count, item, waits); }
     void put(Index n, Index i, Index item, bool waits) {
         Node& x = nodes_[at(n)];
         std::uint64_t low = x.waiting & bits_below(i);
@@ -341,7 +360,7 @@ class Timeline {
         }
         ++x.count;
         set_bit(n, i, waits);
-        settle(item, n);
+        settle(n, i);
         number(n, i);
     }
     // Tells children from the i-th on where they are.
@@ -399,10 +418,25 @@ class Timeline {
     // Moves the items of n from the i-th on to a new node.
     Index split(Index n, Index i) {
         Index made = new_node(node(n).height);
-        for (Index k = i; k < node(n).count; ++k) append(made, items(n)[k], bit(n, k));
+        copy_items(n, i, made);
         nodes_[at(n)].count = static_cast<std::int8_t>(i);
         nodes_[at(n)].waiting &= bits_below(i);
         return made;
+    }
+
+    // Puts what node a holds from the i-th item on behind what b holds, too.
+    void copy_items(Index a, Index i, Index b) {
+        const Node& x = node(a);
+        Node& y = nodes_[at(b)];
+        Index first = y.count;
+        std::copy(items(a) + i, items(a) + x.count, items(b) + first);
+        if (x.height > 0) {
+            std::copy(x.inner.keys + i, x.inner.keys + x.count, y.inner.keys + first);
+        }
+        y.waiting |= x.waiting >> i << first;
+        y.count = static_cast<std::int8_t>(first + x.count - i);
+        for (Index k = first; k < y.count; ++k) settle(b, k);
+        number(b, first);
     }
 
     // Parts a full node in two, side by side.
@@ -439,7 +473,7 @@ class Timeline {
 
     // All items of b go behind those of a; b is no more.
     void absorb(Index a, Index b) {
-        for (Index i = 0; i < node(b).count; ++i) append(a, items(b)[i], bit(b, i));
+        copy_items(b, 0, a);
         release(b);
         pull(a);
     }
@@ -544,7 +578,7 @@ class Timeline {
 
     const Keys& keys_;
     Array<Node> nodes_;
-    Array<Index> leaf_of_;  // by event: the leaf with it, or kNone
+    mutable Array<Seat> seats_;  // by event
     Index root_ = kNone, free_ = kNone;
 };
 

@@ -28,6 +28,9 @@ void bind_predicates(nb::module_& m) {
     m.def("cotangent", [](double ix, double iy, double jx, double jy, double kx, double ky) {
         return cotangent({ix, iy}, {jx, jy}, {kx, ky});
     });
+    m.def("cotangent_floor", [](double ix, double iy, double jx, double jy, double kx, double ky) {
+        return cotangent_floor({ix, iy}, {jx, jy}, {kx, ky});
+    });
     m.def("in_circle",
           [](double ax, double ay, double bx, double by, double cx, double cy, double dx,
              double dy) { return in_circle({ax, ay}, {bx, by}, {cx, cy}, {dx, dy}); });
