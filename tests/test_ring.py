@@ -1,7 +1,7 @@
 """The ring as a sequence: followed through changes by splices, and asked where places lie.
 
-The splices against a plain list are a program of its own (ring.cpp), and so are marks of cells
-(marks.cpp); here whole engines run.
+The splices against a plain list are a program of its own (ring.cpp), and so are traces of
+edges in cells (traces.cpp); here whole engines run.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def test_splices_agree_with_a_plain_list(tmp_path: Path) -> None:
 
 
 @programs.needs_a_compiler
-def test_marks_tell_the_side_in_their_parts(tmp_path: Path) -> None:
-    programs.passes("marks.cpp", tmp_path)
+def test_traces_tell_sides_and_contacts(tmp_path: Path) -> None:
+    programs.passes("traces.cpp", tmp_path)
 
 
 def wavy(n: int, noise: float, seed: int) -> Points:

@@ -21,14 +21,14 @@
 // leaves than there is room for are left to the tree; so is what is outside.
 //
 // A cell that is asked about again and again is drawn (raster.hpp): then most places in it are told
-// by one load, and so are most short segments; the others mostly by an edge that is marked where
-// they lie (marks.hpp). One that no leaf meets is wholly on one side.
+// by one load, and so are most short segments; the others mostly by what is traced of the edges
+// where they lie (traces.hpp). One that no leaf meets is wholly on one side.
 //
 // Invariants (check): a cell that is known is what it would be if made now; the ring lies in the
 // frame of the grid.
-// Cost: a cell for every 16 vertices, 4 bytes each, and for one with leaves 384, drawn 1,216; none
+// Cost: a cell for every 16 vertices, 4 bytes each, and for one with leaves 128, drawn 1,024; none
 // before somebody asks. To make one: O(log n) boxes on curves; to draw it: the edges in it. A
-// place: a load, or an edge, or the leaves of its cell. A splice: a write a cell in its box.
+// place: a load or two, or the leaves of its cell. A splice: a write a cell in its box.
 #pragma once
 
 #include <algorithm>
@@ -40,16 +40,16 @@
 #include <vector>
 
 #include "grid.hpp"
-#include "marks.hpp"
 #include "queries.hpp"
 #include "raster.hpp"
 #include "splices.hpp"
+#include "traces.hpp"
 
 namespace flintknap {
 
 class Cells {
    public:
-    static constexpr std::size_t kRoom = Marks::kLeaves;
+    static constexpr std::size_t kRoom = 28;
     static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
 
     struct alignas(64) Cell {
@@ -58,9 +58,7 @@ class Cells {
         std::uint8_t count;                     // of leaves; kRoom + 1 if there are more
         std::uint8_t odd;
         std::uint8_t asked;  // how often, before it is drawn
-        Raster raster;       // until then nothing in it is clear
         bool is_crowded() const { return count > kRoom; }
-        bool is_drawn() const { return asked == kPatience; }
     };
 
     explicit Cells(const Ring& ring) : ring_(ring) {}
@@ -71,7 +69,7 @@ class Cells {
     const Cell* find(Point q) {
         if (!grid_.is_laid()) begin();
         Index known = made(grid_.column(q.x), grid_.row(q.y));
-        return known < 0 || cells_[at(known)].is_crowded() ? nullptr : &cells_[at(known)];
+        return is_plain(known) || cell_of(known).is_crowded() ? nullptr : &cell_of(known);
     }
 
     // +1 inside, 0 on the boundary, -1 outside.
@@ -83,12 +81,15 @@ class Cells {
         if (!grid_.holds(q)) return -1;
         Spot at_q = grid_.spot(q);
         Index known = made(at_q.column, at_q.row);
-        if (known < 0) return known == kInside ? 1 : -1;
-        Cell& cell = cells_[at(known)];
-        int told = side_at(known, at_q, q);
-        if (told != kUntold) return told;
+        if (is_drawn(known)) {
+            int told = side_drawn(drawings_[at(known)], at_q, q);
+            if (told != Trace::kUntold) return told;
+        } else if (is_plain(known)) {
+            return known == kInside ? 1 : -1;
+        }
+        const Cell& cell = cell_of(known);
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        note_question(known, at_q.column, at_q.row);
+        note_question(at_q.column, at_q.row);
         return side_of(crossed(cell, q));
     }
 
@@ -102,18 +103,30 @@ class Cells {
         if (wide * wide > 1 || high * high > 1) return Raster::kEdges;
         Index one = made(first.column, first.row), other = made(last.column, last.row);
         Index third = made(first.column, last.row), fourth = made(last.column, first.row);
-        if (one < 0 && one == other && one == third && one == fourth) return kind(one);
+        if (is_plain(one) && one == other && one == third && one == fourth) return kind(one);
+        const Raster* rasters[4];  // those near have different slots
+        auto slot = [](Index column, Index row) { return at((column & 1) + 2 * (row & 1)); };
+        rasters[slot(first.column, first.row)] = &raster_of(one);
+        rasters[slot(last.column, last.row)] = &raster_of(other);
+        rasters[slot(first.column, last.row)] = &raster_of(third);
+        rasters[slot(last.column, first.row)] = &raster_of(fourth);
+        auto kind_at = [&](const Spot& spot) {
+            return rasters[slot(spot.column, spot.row)]->kind(spot.x, spot.y);
+        };
         unsigned seen = kind_at(first) | kind_at(last);
         double x = last.parts.x - first.parts.x, y = last.parts.y - first.parts.y;
         for (double t : {0.25, 0.5, 0.75}) {  // no branches: they could not be foreseen
-            seen |= kind_at(grid_.spot_at({first.parts.x + t * x, first.parts.y + t * y}));
+            seen |= kind_at(Grid::spot_at({first.parts.x + t * x, first.parts.y + t * y}));
         }
         if (Raster::are_both(seen)) return seen;
-        note_question(one, first.column, first.row);
-        note_question(other, last.column, last.row);
-        pass_along(first, last, [&](Index known, const Raster::Slant& here) {
-            if (known >= 0) {
-                seen |= cells_[at(known)].raster.along(here);
+        note_question(first.column, first.row);
+        note_question(last.column, last.row);
+        pass_along(first, last, [&](Index known, Point, const Raster::Slant& here) {
+            if (is_drawn(known)) {
+                const Drawing& drawing = drawings_[at(known)];
+                unsigned kinds = drawing.raster.along(here);
+                seen |= kinds;
+                if ((kinds & Raster::kEdges) != 0) drawing.fetch(here.low, here.high);
             } else if (Raster::is_met(here)) {
                 seen |= kind(known);
             }
@@ -122,35 +135,35 @@ class Cells {
         return seen;
     }
 
-    // Calls f(leaf, n, place) for edges, among them all that meet a short segment, until it returns
-    // true. Returns whether it did; nothing if marks do not tell all edges.
+    // Calls f(leaf, place) for edges, among them all that meet a short segment, until it returns
+    // true. Returns whether it did; nothing if traces do not tell all edges.
     template <class F>
     std::optional<bool> visit_along(Point p, Point q, F f) {
         if (!grid_.is_laid()) begin();
         if (!grid_.holds(p) || !grid_.holds(q)) return {};
         bool is_done = false, is_all = true;
-        auto look_at = [&](Index known, const Raster::Slant& here) {
-            if (known < 0) return false;
-            const Cell& cell = cells_[at(known)];
-            Mark last = Mark::none();
-            Raster::trace(here, [&](int row, double from, double to) {
-                std::uint32_t left = Raster::span(from, to) & cell.raster.unclear(row);
-                is_all = is_all && (left & ~cell.raster.marked(row)) == 0;
-                for (; is_all && !is_done && left != 0; left &= left - 1) {
-                    const Marks& marks = marks_[at(known)];
-                    Mark mark = marks.find(cell.raster, lowest(left), row);
-                    if (mark == last) continue;
-                    last = mark;
-                    Index n = cell.leaves[mark.leaf()];
-                    const Ring::Leaf& leaf = ring_.leaf_in(marks.leaf(mark));
-                    is_done = f(leaf, n, mark.place()) ||
-                              (mark.is_corner() && f(leaf, n, mark.place() + 1));
-                }
-                return is_done || !is_all;
-            });
-            return is_done || !is_all;
+        Spot first = grid_.spot(p), last = grid_.spot(q);
+        auto look_at = [&](Index known, Point origin, const Raster::Slant& here) {
+            if (is_plain(known)) return false;
+            is_all = is_drawn(known);
+            if (!is_all) return true;
+            const Drawing& drawing = drawings_[at(known)];
+            std::uint32_t rows = drawing.raster.touched(here);
+            Point from = first.parts - origin, to = last.parts - origin;
+            for (const Trace& trace : drawing.traces) {
+                bool is_touched = (rows & ((std::uint32_t{1} << Trace::kRows) - 1)) != 0;
+                is_all = !is_touched || !trace.is_full();
+                if (!is_all) return true;
+                is_done = is_touched && trace.visit_along(from, to, [&](Code edge) {
+                    return f(ring_.leaf_in(drawing.leaves[edge.leaf()]), edge.place());
+                });
+                if (is_done) return true;
+                rows >>= Trace::kRows;
+                from.y -= Trace::kRows, to.y -= Trace::kRows;
+            }
+            return false;
         };
-        bool is_short = pass_along(grid_.spot(p), grid_.spot(q), look_at);
+        bool is_short = pass_along(first, last, look_at);
         return is_done || (is_short && is_all) ? std::optional<bool>(is_done) : std::nullopt;
     }
 
@@ -165,8 +178,8 @@ class Cells {
         for (Index y = cells.low; y <= cells.high; ++y) {
             for (Index x = cells.left; x <= cells.right; ++x) {
                 Index known = made(x, y);
-                if (known < 0) continue;
-                const Cell& cell = cells_[at(known)];
+                if (is_plain(known)) continue;
+                const Cell& cell = cell_of(known);
                 if (cell.is_crowded()) {
                     is_all = false;
                     continue;
@@ -200,7 +213,7 @@ class Cells {
     }
 
     std::size_t bytes() const {
-        return cells_.capacity() * sizeof(Cell) + marks_.capacity() * sizeof(Marks) +
+        return cells_.capacity() * sizeof(Cell) + drawings_.capacity() * sizeof(Drawing) +
                known_.capacity() * sizeof(Index);
     }
 
@@ -214,14 +227,12 @@ class Cells {
                 if (known == kNone) continue;
                 Cell cell;
                 make(cell, grid_.box(x, y));
-                bool is_so = known == (cell.count > 0 ? known : side_all_over(cell));
-                if (known >= 0) {
-                    const Cell& old = cells_[at(known)];
-                    Marks marks;
-                    if (old.is_drawn()) draw(cell, marks, x, y);
-                    is_so = is_so && are_alike(old, cell) && old.raster == cell.raster;
-                    is_so = is_so &&
-                            (!old.is_drawn() || are_alike(marks_[at(known)], marks, cell.raster));
+                bool is_so = is_plain(known) ? cell.count == 0 && known == side_all_over(cell)
+                                             : cell.count > 0 && are_alike(cell_of(known), cell);
+                if (is_drawn(known)) {
+                    Drawing drawing;
+                    draw(cell, drawing, x, y);
+                    is_so = is_so && are_alike(drawings_[at(known)], drawing);
                 }
                 if (!is_so) {
                     return "cell " + std::to_string(x) + ", " + std::to_string(y) +
@@ -236,21 +247,39 @@ class Cells {
     using Spot = Grid::Spot;
     using Range = Grid::Range;
 
-    // Rasters of cells without leaves.
-    inline static const Raster kPlain[] = {Raster::all(false), Raster::all(true)};
+    struct alignas(64) Drawing : Strips {
+        Index leaves[kRoom];  // of the cell, by their places among all
+        Index cell;
+    };
 
-    // Of a cell without leaves.
-    static constexpr Index kOutside = -2, kInside = -3;
+    // What is known of a cell: its drawing, or how it lies if it has no leaves, or kListed less its
+    // number; or kNone.
+    static constexpr Index kOutside = -2, kInside = -3, kListed = -4;
     static_assert(kNone == -1);
+
+    static bool is_drawn(Index known) { return known >= 0; }
+    static bool is_plain(Index known) { return known == kOutside || known == kInside; }
+    Index number(Index known) const {
+        return is_drawn(known) ? drawings_[at(known)].cell : kListed - known;
+    }
+    const Cell& cell_of(Index known) const { return cells_[at(number(known))]; }
+
+    // Of cells that are not drawn: outside, inside, with leaves.
+    inline static const Raster kPlain[] = {Raster::all(false), Raster::all(true),
+                                           Raster::unknown()};
+    const Raster& raster_of(Index known) const {
+        return is_drawn(known) ? drawings_[at(known)].raster
+                               : kPlain[kOutside - std::max(known, kListed)];
+    }
 
     void begin() {
         Grid grid;
         grid.lay(ring_);
         known_.assign(grid.size(), kNone);
         cells_.clear();
-        marks_.clear();
+        drawings_.clear();
         questions_ = 0;
-        free_ = kNone;
+        free_ = free_drawing_ = kNone;
         grid_ = grid;
     }
 
@@ -260,7 +289,8 @@ class Cells {
         if (known == kNone) known = make_one(grid_.box(column, row));
         return known;
     }
-    Index make_one(const Box& box) {
+    [[gnu::noinline]] Index make_one(
+        const Box& box) {  // seldom: `made` should be little more than a load
         if (free_ == kNone) {
             cells_.push_back({});
             cells_.back().leaves[0] = kNone;
@@ -275,42 +305,49 @@ class Cells {
             return side_all_over(cell);
         }
         free_ = next;
-        return n;
+        return kListed - n;
     }
 
     static Index side_all_over(const Cell& cell) { return cell.odd != 0 ? kInside : kOutside; }
 
     // One that is asked about again and again is drawn; or at once, if all others nearly are.
-    void note_question(Index known, Index column, Index row) {
-        if (known < 0) return;
-        Cell& cell = cells_[at(known)];
-        if (cell.is_drawn() || cell.is_crowded()) return;
+    void note_question(Index column, Index row) {
+        Index& known = known_[grid_.place(column, row)];
+        if (is_drawn(known) || is_plain(known)) return;
+        Cell& cell = cells_[at(number(known))];
+        if (cell.is_crowded()) return;
         ++questions_;
-        bool is_due = cell.asked + 1 == kPatience || questions_ >= (kPatience - 1) * cells_.size();
-        if (!is_due) {
-            ++cell.asked;
-            return;
+        ++cell.asked;
+        bool is_due = cell.asked >= kPatience || questions_ >= (kPatience - 1) * cells_.size();
+        if (!is_due) return;
+        if (free_drawing_ == kNone) {
+            drawings_.push_back({});
+            drawings_.back().cell = kNone;
+            free_drawing_ = static_cast<Index>(drawings_.size()) - 1;
         }
-        if (at(known) >= marks_.size()) marks_.resize(cells_.size());
-        draw(cell, marks_[at(known)], column, row);
-        cell.asked = kPatience;
+        Index n = free_drawing_;
+        Drawing& drawing = drawings_[at(n)];
+        free_drawing_ = std::exchange(drawing.cell, number(known));
+        draw(cell, drawing, column, row);
+        known = n;
     }
 
-    // Of a place in a cell, as far as its raster and its marks tell.
-    static constexpr int kUntold = 2;
-    int side_at(Index known, const Spot& spot, Point q) const {
-        const Raster& raster = cells_[at(known)].raster;
-        if (at(known) < marks_.size()) marks_[at(known)].fetch();
-        int told = raster.side(spot.x, spot.y);
-        if (told != Raster::kMarked) return told != 0 ? told : kUntold;
-        const Marks& marks = marks_[at(known)];
-        marks.fetch_leaves();
-        Mark mark = marks.find(raster, spot.x, spot.y);
-        return flintknap::side(ring_.leaf_in(marks.leaf(mark)), mark, q);
+    // As far as raster and traces tell.
+    int side_drawn(const Drawing& drawing, const Spot& spot, Point q) const {
+        const Trace& trace = drawing.traces[spot.y / Trace::kRows];
+        trace.fetch();
+        int told = drawing.raster.side(spot.x, spot.y);
+        if (told != 0) return told;
+        Point origin = grid_.corner(spot.column, spot.row);
+        origin.y += spot.y / Trace::kRows * Trace::kRows;
+        return trace.side(spot.parts - origin, [&](Code edge) {
+            auto [a, b] = edge_of(ring_.leaf_in(drawing.leaves[edge.leaf()]), edge.place());
+            return orient(a, b, q);
+        });
     }
 
-    // Calls f(known, slant as seen there) for the cells that a segment may meet until it returns
-    // true. False if these are not within two by two.
+    // Calls f(known, corner, slant as seen from it) for the cells that a segment may meet until it
+    // returns true. False if these are not within two by two.
     template <class F>
     bool pass_along(const Spot& first, const Spot& last, F f) {
         auto [left, right] = std::minmax({first.column, last.column});
@@ -319,51 +356,41 @@ class Cells {
         const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
         for (Index y = low; y <= high; ++y) {
             for (Index x = left; x <= right; ++x) {
-                if (f(made(x, y), way.from(grid_.corner(x, y)))) return true;
+                Point corner = grid_.corner(x, y);
+                if (f(made(x, y), corner, way.from(corner))) return true;
             }
         }
         return true;
     }
 
-    // The same as bits of Raster; of a place in parts of rasters, nothing where edges are near.
+    // The same as bits of Raster.
     static unsigned kind(Index known) {
         return known == kInside    ? Raster::kInside
                : known == kOutside ? Raster::kOutside
                                    : Raster::kEdges;
     }
-    unsigned kind_at(const Spot& spot) const {
-        Index known = known_[grid_.place(spot.column, spot.row)];
-        const Raster* raster = known >= 0 ? &cells_[at(known)].raster : &kPlain[known == kInside];
-        return raster->kind(spot.x, spot.y);
-    }
-
-    void draw(Cell& cell, Marks& marks, Index column, Index row) const {
-        Raster& raster = cell.raster;
-        Sketch sketch;
-        raster.clear();
+    void draw(const Cell& cell, Drawing& drawing, Index column, Index row) const {
+        drawing.clear();
         const Box around = grid_.box(column, row);
         for (std::size_t i = 0; i < cell.count; ++i) {
             const Ring::Node& n = ring_.node(cell.leaves[i]);
             const Ring::Leaf& leaf = ring_.leaf_at(n);
+            drawing.leaves[i] = n.left;
             for (std::int64_t left = not_beside(leaf, n.count, around); left != 0;
                  left &= left - 1) {
                 int e = lowest(left);
-                raster.add(grid_.in_raster({leaf.x[e], leaf.y[e]}, column, row),
-                           grid_.in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row),
-                           [&](int r, std::uint32_t near, std::uint32_t met) {
-                               sketch.add(Mark(i, e), r, near, met);
-                           });
+                Point a = grid_.in_raster({leaf.x[e], leaf.y[e]}, column, row);
+                Point b = grid_.in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row);
+                drawing.add(a, b, Code(i, e));
             }
         }
-        raster.settle([&](int x, int y) {
+        drawing.settle([&](int x, int y) {
             Point q = grid_.middle(column, row, x, y);
             Point there = grid_.in_raster(q, column, row);  // elsewhere if doubles are far between
             bool is_there = Raster::part(there.x) == x && Raster::part(there.y) == y &&
                             grid_.column(q.x) == column && grid_.row(q.y) == row;
             return is_there ? side_of(crossed(cell, q)) : 0;
         });
-        sketch.finish(raster, marks, cell.count,
-                      [&](std::size_t i) { return ring_.node(cell.leaves[i]).left; });
     }
 
     void make(Cell& cell, const Box& box) const {
@@ -372,7 +399,6 @@ class Cells {
         unsigned odd = 0;
         Index todo[room];
         int left = 0;
-        cell.raster.forget();
         cell.count = cell.asked = 0;
         cell.first_right = cell.last_right = 0;
         todo[left++] = ring_.root();
@@ -428,10 +454,17 @@ class Cells {
         for (Index y = cells.low; y <= cells.high; ++y) {
             for (Index x = cells.left; x <= cells.right; ++x) {
                 Index& known = known_[grid_.place(x, y)];
-                if (known >= 0) {
-                    cells_[at(known)].leaves[0] = free_;
-                    free_ = known;
+                if (known == kNone || is_plain(known)) {
+                    known = kNone;
+                    continue;
                 }
+                Index cell = number(known);
+                if (is_drawn(known)) {
+                    drawings_[at(known)].cell = free_drawing_;
+                    free_drawing_ = known;
+                }
+                cells_[at(cell)].leaves[0] = free_;
+                free_ = cell;
                 known = kNone;
             }
         }
@@ -451,24 +484,19 @@ class Cells {
         };
         return a.odd == b.odd && listed(a) == listed(b);
     }
-    static bool are_alike(const Marks& a, const Marks& b, const Raster& raster) {
-        for (int row = 0; row < Raster::kSide; ++row) {
-            for (std::uint32_t left = raster.marked(row); left != 0; left &= left - 1) {
-                Mark m = a.find(raster, lowest(left), row), n = b.find(raster, lowest(left), row);
-                if (a.leaf(m) != b.leaf(n) || m.place() != n.place() ||
-                    m.is_corner() != n.is_corner())
-                    return false;
-            }
-        }
-        return true;
+    static bool are_alike(const Drawing& a, const Drawing& b) {
+        return Strips::are_alike(
+            a, [&](std::size_t leaf) { return a.leaves[leaf]; }, b,
+            [&](std::size_t leaf) { return b.leaves[leaf]; });
     }
 
     const Ring& ring_;
     Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
     Array<Cell> cells_;
-    Array<Marks> marks_;         // of cells that are drawn
+    Array<Drawing> drawings_;
     std::size_t questions_ = 0;  // about cells not drawn yet, since something changed
-    Index free_ = kNone;  // the first cell that is not in use; their leaves[0] are the next ones
+    // The first that are not in use; the next ones are leaves[0] of cells, `cell` of drawings.
+    Index free_ = kNone, free_drawing_ = kNone;
     Grid grid_;
 };
 

@@ -158,8 +158,8 @@ template <class F>
 bool any_contact(Cells& cells, const Segment& s, F&& f) {
     const Ring& ring = cells.ring();
     if (ring.empty() || !s.may_meet(ring.node(ring.root()).box)) return false;
-    auto told = cells.visit_along(s.p, s.q, [&](const Ring::Leaf& leaf, Index n, Index place) {
-        return s.meets(edge_of(leaf, place)) && f(n, place);
+    auto told = cells.visit_along(s.p, s.q, [&](const Ring::Leaf& leaf, Index place) {
+        return s.meets(edge_of(leaf, place)) && f(ring.leaf_of(leaf.vertex[0]), place);
     });
     if (told) return *told;
     bool found = false;

@@ -81,14 +81,6 @@ auto squared_length(const Expansion<N>& x, const Expansion<N>& y) {
 }
 
 // ------------------------------------------------------------------ a place and an edge
-struct Edge {
-    Point a, b;
-};
-
-inline Edge edge_of(const Ring::Leaf& leaf, Index place) {
-    return {{leaf.x[place], leaf.y[place]}, {leaf.x[place + 1], leaf.y[place + 1]}};
-}
-
 // Whether the point of the closed edge from a to b that is nearest to q is a, b or between them.
 enum class Part { start, between, end };
 

@@ -42,6 +42,8 @@ class Grid {
         rows_ = static_cast<Index>(wanted) / columns_ + 1;
         x_scale_ = columns_ / (frame_.x_high - frame_.x_low);
         y_scale_ = rows_ / (frame_.y_high - frame_.y_low);
+        Point corner = Grid::corner(columns_, rows_);
+        rim_ = {std::nextafter(corner.x, 0.0), std::nextafter(corner.y, 0.0)};
         x_slack_ = slack(frame_.x_low, frame_.x_high, columns_);
         y_slack_ = slack(frame_.y_low, frame_.y_high, rows_);
         made_for_ = ring.size();
@@ -80,14 +82,15 @@ class Grid {
                 frame_.y_low + (row + 1) * y + y_slack_};
     }
 
-    Spot spot(Point q) const { return spot_at(in_parts(q)); }
-    Spot spot_at(Point parts) const {
+    // Of a place in the frame; rounding may have put it on the upper rim, which is in no cell.
+    Spot spot(Point q) const {
+        Point parts = in_parts(q);
+        return spot_at({std::min(parts.x, rim_.x), std::min(parts.y, rim_.y)});
+    }
+    static Spot spot_at(Point parts) {
         auto x = static_cast<std::uint32_t>(parts.x), y = static_cast<std::uint32_t>(parts.y);
-        Index column = std::min(static_cast<Index>(x / Raster::kSide), columns_ - 1);
-        Index row = std::min(static_cast<Index>(y / Raster::kSide), rows_ - 1);
-        constexpr int last = Raster::kSide - 1;
-        return {parts, column, row, std::min(static_cast<int>(x) - column * Raster::kSide, last),
-                std::min(static_cast<int>(y) - row * Raster::kSide, last)};
+        return {parts, static_cast<Index>(x / Raster::kSide), static_cast<Index>(y / Raster::kSide),
+                static_cast<int>(x % Raster::kSide), static_cast<int>(y % Raster::kSide)};
     }
     // The corner of a cell, in parts; any place, as seen from there.
     static Point corner(Index column, Index row) {
@@ -122,6 +125,7 @@ class Grid {
     Box frame_ = {};
     Index columns_ = 0, rows_ = 0;      // 0 while there is no grid
     double x_scale_ = 0, y_scale_ = 0;  // cells a unit
+    Point rim_ = {0, 0};                // the last coordinates before it, in parts
     double x_slack_ = 0, y_slack_ = 0;
     Index made_for_ = 0;  // vertices
 };

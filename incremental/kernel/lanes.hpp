@@ -51,6 +51,35 @@ class Gathered {
     Masks sum_ = {0, 0};
 };
 
+// Four floats, and masks of fours 0, 4, .. 28 gathered into bits 0 .. 31.
+using Fours = float __attribute__((vector_size(16)));
+using FourMasks = std::int32_t __attribute__((vector_size(16)));
+
+inline Fours fours(float v) { return Fours{v, v, v, v}; }
+
+inline Fours load_four(const float* four) {
+    Fours v;
+    std::memcpy(&v, four, sizeof v);
+    return v;
+}
+
+inline Fours magnitudes(Fours v) {
+    return Fours(FourMasks(v) & FourMasks{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});
+}
+
+class GatheredFours {
+   public:
+    void add(int first, FourMasks where) { sum_ |= where & (FourMasks{1, 2, 4, 8} << first); }
+    std::uint32_t bits() const {
+        return static_cast<std::uint32_t>(sum_[0] | sum_[1] | sum_[2] | sum_[3]);
+    }
+    // Those set together with the next one.
+    std::uint32_t pairs() const { return bits() & (bits() >> 1); }
+
+   private:
+    FourMasks sum_ = {0, 0, 0, 0};
+};
+
 // The place of the lowest bit that is set.
 inline int lowest(std::int64_t bits) {
     return __builtin_ctzll(static_cast<unsigned long long>(bits));

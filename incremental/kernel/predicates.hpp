@@ -35,6 +35,7 @@ inline bool is_admissible(double v) {
 inline bool is_admissible(Point p) { return is_admissible(p.x) && is_admissible(p.y); }
 
 inline bool operator==(Point a, Point b) { return a.x == b.x && a.y == b.y; }
+inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
 inline bool operator<(Point a, Point b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
 // ------------------------------------------------------------------ error-free transformations

@@ -31,6 +31,14 @@ inline Box box_of(Point a, Point b) {
     return {std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)};
 }
 
+struct Edge {
+    Point a, b;
+};
+
+inline Edge edge_of(const Ring::Leaf& leaf, Index place) {
+    return {{leaf.x[place], leaf.y[place]}, {leaf.x[place + 1], leaf.y[place + 1]}};
+}
+
 // Whether the way from v to e leads out of the object, u being before v on the ring and w after it.
 inline bool leads_out(Point u, Point v, Point w, Point e) {
     bool left_of_first = orient(u, v, e) >= 0, left_of_second = orient(v, w, e) >= 0;

@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "lanes.hpp"
@@ -60,8 +61,7 @@ class Raster {
     // The column or row of a place in the square.
     static int part(double v) { return static_cast<int>(std::max(0.0, std::min(v, kSide - 1.0))); }
 
-    // +1 inside, -1 outside, 0 or kMarked where edges are near.
-    static constexpr int kMarked = 2;
+    // +1 inside, -1 outside, 0 where edges are near.
     int side(int column, int r) const {
         const Row& row = rows_[at(r)];
         int is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
@@ -76,15 +76,6 @@ class Raster {
         return is_clear << (is_inside ^ 1);
     }
 
-    // Parts of a row, as bits, that are not clear, those of them that are marked, and how many of
-    // these come before a column.
-    std::uint32_t unclear(int row) const { return ~rows_[at(row)].clear; }
-    std::uint32_t marked(int row) const { return rows_[at(row)].inside & unclear(row); }
-    int marked_before(int row, int column) const {
-        return count(marked(row) & ((std::uint32_t{1} << column) - 1));
-    }
-    void mark(int row, std::uint32_t parts) { rows_[at(row)].inside |= parts; }
-
     // ---------------------------------------------------------------- to draw it
     // First clear, then all edges that may come near, then settle.
     void clear() { rows_.fill({~0U, 0}); }
@@ -95,21 +86,16 @@ class Raster {
         return raster;
     }
     // Nothing is clear.
-    void forget() { rows_.fill({0, 0}); }
+    static Raster unknown() {
+        Raster raster;
+        raster.rows_.fill({0, 0});
+        return raster;
+    }
 
-    // Calls f(row, near, met) for parts of a row: those it comes near, those it surely meets.
-    template <class F>
-    void add(Point a, Point b, F f) {
+    void add(Point a, Point b) {
         const Slant s(a, b, kMargin);
-        // What is widened by the margin is in doubt by as much on the other side of its rim.
-        double low = s.low + 2 * kMargin - 1, high = s.high - 2 * kMargin;
-        double doubt = 2 * (s.is_flat ? kMargin : s.aside);
-        if (s.is_flat) low = s.high - 1, high = s.low;
         trace(s, [&](int row, double from, double to) {
-            std::uint32_t near = span(from, to);
-            rows_[at(row)].clear &= ~near;
-            bool is_met = low <= row && row <= high && from + doubt <= to - doubt + 1;
-            f(row, near, is_met ? span(from + doubt, std::max(to - doubt, 0.0)) : 0);
+            rows_[at(row)].clear &= ~span(from, to);
             return false;
         });
         // Crossed an odd number of times: `inside` tells this for now.
@@ -163,6 +149,25 @@ class Raster {
                (edges != 0 ? kEdges : 0);
     }
 
+    // Rows, as bits, in which it meets parts that are not clear.
+    std::uint32_t touched(const Slant& s) const {
+        std::uint32_t rows = 0;
+        trace(s, [&](int r, double from, double to) {
+            bool is_touched = (span(from, to) & ~rows_[at(r)].clear) != 0;
+            rows |= std::uint32_t{is_touched} << r;
+            return false;
+        });
+        return rows;
+    }
+
+    // Column and row of some part that is clear, of some rows.
+    std::optional<std::pair<int, int>> clear_part(int first, int end) const {
+        for (int r = first; r < end; ++r) {
+            if (rows_[at(r)].clear != 0) return std::pair(lowest(rows_[at(r)].clear), r);
+        }
+        return {};
+    }
+
     // Calls f(row, from, to) for the rows in which an edge meets parts, so widened, until it
     // returns true: span(from, to) are these parts.
     template <class F>
@@ -197,7 +202,7 @@ class Raster {
 
    private:
     struct Row {
-        std::uint32_t clear, inside;  // by column, as bits; marked if inside and not clear
+        std::uint32_t clear, inside;  // by column, as bits; of parts that are not clear, 0
         bool operator==(const Row& o) const { return clear == o.clear && inside == o.inside; }
     };
 
@@ -209,13 +214,6 @@ class Raster {
     // One more than the column; 0 and kSide + 1 are beside the square.
     static int bit(double x) {
         return static_cast<int>(std::max(-1.0, std::min(x, kSide + 0.0)) + 1);
-    }
-
-    // How many bits are set.
-    static int count(std::uint32_t bits) {
-        bits -= bits >> 1 & 0x55555555;
-        bits = (bits & 0x33333333) + (bits >> 2 & 0x33333333);
-        return static_cast<int>(((bits + (bits >> 4)) & 0x0f0f0f0f) * 0x01010101 >> 24);
     }
 
     alignas(64) std::array<Row, kSide> rows_;

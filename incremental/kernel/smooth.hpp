@@ -42,7 +42,6 @@ struct Corner {
 };
 
 inline Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y}; }
-inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
 inline Point operator*(double s, Point a) { return {s * a.x, s * a.y}; }
 
 inline Point unit(Point a) {

@@ -1,0 +1,145 @@
+// Traces of strips against brute force: simple polygons whose vertices lie at the corners of parts,
+// or a few margins beside, so that edges end just before a strip or pass it by a hair.
+//
+// Prints what broke, and fails if anything did.
+#include "traces.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <vector>
+
+using namespace flintknap;
+
+namespace {
+
+class Case {
+   public:
+    explicit Case(unsigned seed) : dice_(seed) {
+        Point centre = {double(random(32)) + 1.0 / 3, double(random(32)) + 1.0 / 7};
+        corners_ = {{-9, -9}, {40, -9}, {40, 40}, {-9, 40}};
+        for (std::size_t n = 4 + random(24), tries = 200; corners_.size() < n && tries > 0;
+             --tries) {
+            Point p = {near_a_line(), near_a_line()};
+            for (std::size_t i = 0; i < corners_.size(); ++i) {
+                Point after = corners_[(i + 1) % corners_.size()];
+                if (orient(centre, corners_[i], p) <= 0 || orient(centre, p, after) <= 0) continue;
+                corners_.insert(corners_.begin() + std::ptrdiff_t(i) + 1, p);
+                break;
+            }
+        }
+    }
+
+    // How many places were told by traces.
+    int check() {
+        std::size_t n = corners_.size();
+        Strips strips;
+        strips.clear();
+        for (std::size_t i = 0; i < n; ++i) {
+            strips.add(corner(i), corner(i + 1), Code(i / 32, int(i % 32)));
+        }
+        strips.settle([&](int x, int y) { return expected({x + 0.5, y + 0.5}); });
+        int count = 0;
+        for (int i = 0; i < 1500; ++i) {
+            Point q = i % 2 == 0 ? Point{near_a_line(), near_a_line()} : beside_an_edge();
+            if (q.x < 0 || q.x > Raster::kSide || q.y < 0 || q.y > Raster::kSide) continue;
+            int x = Raster::part(q.x), y = Raster::part(q.y), s = y / Trace::kRows;
+            int told = strips.raster.side(x, y);
+            if (told != 0 && told != expected(q)) fail("a part is not clear");
+            int traced = strips.traces[s].is_full()
+                             ? Trace::kUntold
+                             : strips.traces[s].side(above(q, s), [&](Code code) {
+                                   std::size_t e = number(code);
+                                   return orient(corner(e), corner(e + 1), q);
+                               });
+            if (traced == Trace::kUntold) continue;
+            if (traced != expected(q)) fail("another side");
+            count += told == 0;
+        }
+        for (int i = 0; i < 200; ++i) check_segment(strips.traces);
+        return count;
+    }
+
+   private:
+    [[noreturn]] static void fail(const char* what) {
+        std::printf("%s\n", what);
+        std::exit(1);
+    }
+
+    std::size_t random(std::size_t n) { return dice_() % n; }
+
+    static constexpr int kStrips = Raster::kSide / Trace::kRows;
+
+    static Point above(Point q, int strip) { return {q.x, q.y - strip * Trace::kRows}; }
+    static std::size_t number(Code code) { return code.leaf() * 32 + std::size_t(code.place()); }
+    Point corner(std::size_t i) const { return corners_[i % corners_.size()]; }
+
+    Point beside_an_edge() {
+        std::size_t i = random(corners_.size());
+        double t = double(random(1025)) / 1024, beside = (double(random(33)) - 16) / 512;
+        Point a = corner(i), b = corner(i + 1);
+        return {a.x + t * (b.x - a.x) + beside, a.y + t * (b.y - a.y) + beside / 8};
+    }
+
+    // Whatever meets a segment in the square is visited.
+    void check_segment(const Trace* traces) {
+        Point p = {double(random(1025)) / 32, double(random(1025)) / 32};
+        Point q = random(8) == 0 ? p : Point{p.x + near_a_line() - 16, p.y + near_a_line() - 16};
+        std::vector<bool> seen(corners_.size());
+        for (int s = 0; s < kStrips; ++s) {
+            if (traces[s].is_full()) return;
+            traces[s].visit_along(above(p, s), above(q, s), [&](Code code) {
+                seen[number(code)] = true;
+                return false;
+            });
+        }
+        for (std::size_t i = 0; i < corners_.size(); ++i) {
+            Point a = corner(i), b = corner(i + 1);
+            int of_p = orient(a, b, p), of_q = orient(a, b, q);
+            bool meets = overlap(box_of(a, b), box_of(p, q)) && of_p * of_q <= 0 &&
+                         orient(p, q, a) * orient(p, q, b) <= 0;
+            if (!meets || seen[i]) continue;
+            if (of_p == of_q) continue;  // on one line: met where no one point tells
+            double t = cross(a, b, p) / (cross(a, b, p) - cross(a, b, q));
+            double x = p.x + t * (q.x - p.x), y = p.y + t * (q.y - p.y);
+            if (x >= 0 && x <= Raster::kSide && y >= 0 && y <= Raster::kSide) {
+                fail("an edge that was not visited");
+            }
+        }
+    }
+    static double cross(Point a, Point b, Point q) {
+        return (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
+    }
+
+    double near_a_line() {
+        double beside = Raster::kMargin * (double(random(25)) - 12) / 4;
+        return double(random(34)) - 1 + (random(4) == 0 ? double(random(8)) / 8 : beside);
+    }
+
+    int expected(Point q) const {
+        int result = -1;
+        for (std::size_t i = 0; i < corners_.size(); ++i) {
+            Point a = corners_[i], b = corners_[(i + 1) % corners_.size()];
+            int turn = orient(a, b, q);
+            if (turn == 0 && box_of(a, b).holds(q)) return 0;
+            if ((a.y <= q.y && q.y < b.y && turn > 0) || (b.y <= q.y && q.y < a.y && turn < 0))
+                result = -result;
+        }
+        return result;
+    }
+
+    std::minstd_rand dice_;
+    std::vector<Point> corners_;
+};
+
+}  // namespace
+
+int main() {
+    long told = 0;
+    for (unsigned seed = 1; seed <= 1500; ++seed) told += Case(seed).check();
+    if (told < 200000) {
+        std::printf("only %ld places were told\n", told);
+        return 1;
+    }
+    return 0;
+}
