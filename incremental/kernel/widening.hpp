@@ -76,14 +76,8 @@ class Widening {
     // After a repair of the constriction, which still knows what has changed.
     template <class Poll>
     void repair(Poll poll) {
-        pending_.clear();
-        for (Index x : c_.destroyed()) dissolve_all(x);
-        for (Index x : c_.created()) look_again(x, true);
-        for (Index x : c_.changed()) look_again(x, false);
-        for (Index v : c_.loosened()) {
-            if (is_locked(v)) dissolve_around(v);
-            pending_.push_back(v);
-        }
+        pending_.assign(c_.loosened().begin(), c_.loosened().end());
+        if (!passed_.empty()) dissolve_changed();
         auto is_done = [&](Index v) { return !is_locked(v); };
         pending_.erase(std::remove_if(pending_.begin(), pending_.end(), is_done), pending_.end());
         make_unique(pending_);
@@ -304,6 +298,16 @@ class Widening {
         retire(id);
         append(pending_, cluster(id).members);
         drop(id);
+    }
+
+    // All clusters that what has changed may concern.
+    void dissolve_changed() {
+        for (Index x : c_.destroyed()) dissolve_all(x);
+        for (Index x : c_.created()) look_again(x, true);
+        for (Index x : c_.changed()) look_again(x, false);
+        for (Index v : c_.loosened()) {
+            if (is_locked(v)) dissolve_around(v);
+        }
     }
 
     void dissolve_all(Index triangle) {
