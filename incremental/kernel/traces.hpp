@@ -192,6 +192,7 @@ class alignas(64) Trace {
     // Half a step, and more than all rounding.
     static constexpr float kReach = 0.75F;
     static constexpr std::uint32_t kEdges = (std::uint32_t{1} << (kRoom - 1)) - 1;
+    // The constant is 1; nothing is told.
     static constexpr std::uint32_t kOdd = std::uint32_t{1} << 30, kFull = std::uint32_t{1} << 31;
 
     // The vertices as seen from a place.
@@ -232,8 +233,7 @@ class alignas(64) Trace {
     }
 
     std::uint8_t xy_[2 * kRoom];
-    std::uint32_t
-        bits_;  // edges by their starts; whether the constant is 1; whether it was given up
+    std::uint32_t bits_;             // edges by their starts, and kOdd, and kFull
     std::uint8_t count_;             // of vertices
     alignas(64) Code codes_[kRoom];  // of edges by their starts
 };
