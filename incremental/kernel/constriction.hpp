@@ -13,6 +13,7 @@
 //      whose target is held before that is dropped; else it captures its target and opens two
 //      more. An orphan to which no gate led by now is set adrift: it goes to the end of time,
 //      where it waits again. If it is reached there, no gate has led to it at all, and it dies.
+//      What goes adrift with many others may be a raft (rafts.hpp): gates into it come late.
 //   4. Where a gate opens behind which an orphan stands, that is grafted (grafts.hpp): the event
 //      that opened the gate is its parent now, and what hangs from it comes along.
 //

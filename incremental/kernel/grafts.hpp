@@ -66,10 +66,6 @@ class Grafts : public Captures {
         }
     }
 
-    void queue_gates_to(Index e) {
-        visit_gates_to(e, [&](Index gate) { queue(gate); });
-    }
-
     bool is_orphan(Index e) const { return forest_.parent(e) == kNone && !forest_.is_dead(e); }
 
     void queue(Index edge) {
@@ -95,6 +91,9 @@ class Grafts : public Captures {
     template <class F>
     void visit_gates_to(Index e, F&& f) const {
         visit_gates_around(Mesh::prev(forest_.edge(e)), f);
+    }
+    void queue_gates_to(Index e) {
+        visit_gates_to(e, [&](Index gate) { queue(gate); });
     }
 
     // The event behind the run that starts with r, or kNone.

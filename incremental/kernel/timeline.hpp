@@ -342,8 +342,7 @@ class Timeline {
         if (node(n).height > 0) {
             nodes_[at(item)].parent = n;
         } else {
-            seats_[at(item)] = {static_cast<unsigned>(n) & kNowhere,
-                                static_cast<unsigned>(i) & 63U};
+            seats_[at(item)] = {static_cast<unsigned>(n), static_cast<unsigned>(i)};
         }
     }
     void put(Index n, Index i, Index item, bool waits) {
