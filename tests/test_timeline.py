@@ -1,4 +1,4 @@
-"""The order of events, as a sequence: a program of its own (timeline.cpp)."""
+"""The order of events, as a sequence: programs of their own (timeline.cpp, labels.cpp)."""
 
 from __future__ import annotations
 
@@ -13,3 +13,8 @@ if TYPE_CHECKING:
 @programs.needs_a_compiler
 def test_the_timeline_agrees_with_a_plain_list(tmp_path: Path) -> None:
     programs.passes("timeline.cpp", tmp_path, "0", "150")
+
+
+@programs.needs_a_compiler
+def test_labels_rise_wherever_items_come(tmp_path: Path) -> None:
+    programs.passes("labels.cpp", tmp_path)

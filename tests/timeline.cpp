@@ -1,7 +1,8 @@
 // The timeline against a plain list, through random inserts, removals and moves of runs.
 //
-// Keys are few, so that they tie, and rise or fall along the list now and then. Prints what broke,
-// and fails if anything did.
+// Keys are few, so that they tie, and rise or fall along the list now and then. They are small
+// numbers, of either sign and both zeros, or differ by less than 32 bits can tell, or are so large
+// or small that these cannot hold them. Prints what broke, and fails if anything did.
 #include "timeline.hpp"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ struct Keys {
 
 class Model {
    public:
-    explicit Model(unsigned seed) : dice_(seed) {}
+    explicit Model(unsigned seed) : kind_(seed % 4), dice_(seed) {}
 
     void start(std::size_t n) {
         list_.clear();
@@ -43,10 +44,15 @@ class Model {
         timeline_.assign(n, [&](std::size_t i) { return list_[i]; });
     }
 
-    void insert() {
+    void insert() { put(random(list_.size() + 1)); }
+    // Where the last one came, so that labels run out there.
+    void insert_again(std::size_t times) {
         std::size_t place = random(list_.size() + 1);
+        while (times-- > 0) put(place);
+    }
+    void put(std::size_t place) {
         Index e = new_event(random(40));
-        timeline_.insert(e, event(place), false);
+        timeline_.insert(e, event(place));
         list_.insert(list_.begin() + std::ptrdiff_t(place), e);
     }
     void erase() {
@@ -115,10 +121,19 @@ class Model {
             e = free_.back();
             free_.pop_back();
         }
-        keys_.keys[at(e)] = static_cast<double>(key % 40);
+        keys_.keys[at(e)] = key_of_kind(static_cast<double>(key % 40));
         return e;
     }
+    double key_of_kind(double small) const {
+        switch (kind_) {
+            case 0: return small == 21 ? -0.0 : small - 20;
+            case 1: return 1 + small * 0x1p-52;
+            case 2: return (small - 20) * 1e300;
+            default: return (small - 20) * 0x1p-1074;
+        }
+    }
 
+    unsigned kind_;
     std::mt19937 dice_;
     Keys keys_;
     std::vector<Index> list_, free_;
@@ -149,6 +164,9 @@ int main(int, char** arguments) {
             model.compare();
             if (step % 50 == 0) model.check();
         }
+        model.check();
+        if (seed % 25 != 0) continue;
+        model.insert_again(40000);
         model.check();
     }
 }

@@ -216,11 +216,11 @@ class Constriction : public Rafts {
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
-        if (holder == Forest::kRoot) return;
+        if (holder != kNone && has_happened(holder)) return;
         if (has_happened(parent)) {
-            if (holder == kNone || !has_happened(holder)) open_.push(make_gate(t_, edge));
+            open_.push(make_gate(t_, edge));
         } else if (holder == kNone || !forest_.earlier(holder, parent) ||
-                   (forest_.is_adrift(parent) && !has_happened(holder))) {
+                   forest_.is_adrift(parent)) {
             forest_.set_waiting(parent, true);
         }
     }

@@ -1,10 +1,10 @@
 // A small map from indices to indices, for what concerns few of many.
 //
-// Theory. Linear probing in a table that is at most three quarters full; entries behind a removed
-// one move up, so there are no tombstones. A key has one value, given by `put`, or several, given
-// by `add`; one table is used in one of the two ways.
+// Theory. Linear probing in a table that is at most half full, for most keys that are asked for are
+// not there; entries behind a removed one move up, so there are no tombstones. A key has one value,
+// given by `put`, or several, given by `add`; one table is used in one of the two ways.
 //
-// Cost: O(1) expected a value, none at all while empty; 11 to 22 bytes an entry.
+// Cost: O(1) expected a value, none at all while empty; 16 to 32 bytes an entry.
 #pragma once
 
 #include <cstdint>
@@ -94,7 +94,7 @@ class Table {
     }
 
     void make_room() {
-        if (4 * (size_ + 1) <= 3 * entries_.size()) return;
+        if (2 * (size_ + 1) <= entries_.size()) return;
         Table larger;
         larger.entries_.resize(entries_.empty() ? 16 : 2 * entries_.size());
         for (const Entry& e : entries_) {

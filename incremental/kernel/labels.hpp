@@ -1,0 +1,63 @@
+// Labels that rise along a list: which of two items comes first is told without a way there.
+//
+// Theory (Dietz and Sleator 1987). An item that comes between two others gets the label in the
+// middle. Where there is none, as many items around it as it takes get new ones, evenly spread:
+// n of them once the labels of the two beside them are more than n * n apart, so each of the gaps
+// is halved some log n times before they run out again.
+//
+//     10   12   13   14   20           item x, without a label, comes between 12 and 13:
+//      a    b    x    c    d           from 10 to 14 is more than 3 * 3? no; from 10 to 20? and so
+//                                      on, one more at either side each time
+//
+// `List` tells before(x) and behind(x), the neighbours of an item, or kNone; and label(x), to be
+// read and set, 0 while x has none.
+//
+// Cost: amortised O(log n) labels for each item that comes.
+#pragma once
+
+#include <cstdint>
+
+#include "mesh.hpp"
+
+namespace flintknap {
+
+using Label = std::uint32_t;
+
+// The i-th, from 1 on, of n labels between two others.
+inline Label spread_label(std::uint64_t low, std::uint64_t high, std::uint64_t i, std::uint64_t n) {
+    return static_cast<Label>(low + i * (high - low) / (n + 1));
+}
+
+constexpr std::uint64_t kEndOfLabels = std::uint64_t{1} << 32;  // all are below, and above 0
+
+// Labels an item and those beside it that have no label either. Its list has less than 2^31 items.
+template <class List>
+void give_label(List& list, Index item) {
+    if (list.label(item) != 0) return;
+    Index first = item, last = item;
+    std::uint64_t n = 1;
+    while (true) {
+        Index before = list.before(first), behind = list.behind(last);
+        std::uint64_t low = before == kNone ? 0 : list.label(before);
+        std::uint64_t high = behind == kNone ? kEndOfLabels : list.label(behind);
+        bool reaches_low = before == kNone || low != 0, reaches_high = behind == kNone || high != 0;
+        bool is_all = before == kNone && behind == kNone;
+        if (reaches_low && reaches_high && (is_all || high - low > n * n)) {
+            for (std::uint64_t i = 1; i <= n; ++i, first = list.behind(first)) {
+                list.label(first) = spread_label(low, high, i, n);
+            }
+            return;
+        }
+        bool is_stuck = reaches_low && reaches_high;
+        if (before != kNone && (is_stuck || !reaches_low)) {
+            first = before;
+            ++n;
+        }
+        if (behind != kNone && (is_stuck || !reaches_high)) {
+            last = behind;
+            ++n;
+        }
+    }
+}
+
+}  // namespace flintknap
