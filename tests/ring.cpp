@@ -34,6 +34,7 @@ class Model {
     Index slots() const { return static_cast<Index>(sites_.size()); }
     bool on_ring(Index v) const { return following_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
+    void prefetch(Index) const {}
     Point site(Index v) const { return sites_[at(v)]; }
     Index smallest() const {
         return *std::min_element(list_.begin(), list_.end(),

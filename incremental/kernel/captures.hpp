@@ -34,6 +34,7 @@ class Captures {
     bool is_inside(Index x) const { return event_of_[at(x)] == kNone; }
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
+    void prefetch_following(Index v) const { __builtin_prefetch(&following_[at(v)]); }
     Index left_inside() const { return left_inside_; }
 
     // The gates f(edge) that were taken, in order of time.

@@ -139,6 +139,11 @@ class Object {
     }
     bool on_ring(Index v) const { return widening_.on_ring(v); }
     Index following(Index v) const { return widening_.following(v); }
+    // Fetches what following(v) and site(v) will read.
+    void prefetch(Index v) const {
+        constriction_.prefetch_following(v);
+        __builtin_prefetch(triangulation_.sites().data() + v);
+    }
     // The vertices that are not on it, in no order. O(clusters).
     std::vector<Index> inside() const { return widening_.inside(); }
     Index smallest() const { return triangulation_.smallest(); }

@@ -29,8 +29,9 @@ namespace flintknap {
 
 class Splices {
    public:
-    // Source: ring_size(), slots(), smallest(), on_ring(v), following(v), site(v). If memory ends,
-    // the ring is made from scratch next time. Returns whether anything may have changed.
+    // Source: ring_size(), slots(), smallest(), on_ring(v), following(v), site(v), prefetch(v) of
+    // what these read. If memory ends, the ring is made from scratch next time. Returns whether
+    // anything may have changed.
     template <class Source>
     bool update(Ring& ring, const Source& source, Links& links) {
         if (links.none() && source.ring_size() > 0) return false;
@@ -174,6 +175,8 @@ class Splices {
             for (; known < loose_.size(); ++known) {
                 Index n = loose_[known], last = ring.leaf(n).vertex[ring.node(n).count - 1];
                 if (!source.on_ring(last)) loosen(ring.leaf_after(n));
+                const Index* vertices = ring.leaf(n).vertex;
+                for (Index i = 0; i < ring.node(n).count; ++i) source.prefetch(vertices[i]);
                 ring.forget_vertices(n);
             }
             if (at(Ring::kFill) * known > at(ring.size()) / 4) return false;
