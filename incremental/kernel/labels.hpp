@@ -5,9 +5,11 @@
 // n of them once the labels of the two beside them are more than n * n apart, so each of the gaps
 // is halved some log n times before they run out again.
 //
-//     10   12   13   14   20           item x, without a label, comes between 12 and 13:
-//      a    b    x    c    d           from 10 to 14 is more than 3 * 3? no; from 10 to 20? and so
-//                                      on, one more at either side each time
+//       a    b    c    d          x comes between b and c, where there is no label left; from
+//      100  112  113  114         100 to 114 is more than 3 * 3, so b, x and c get new ones:
+//
+//       a    b   x   c    d
+//      100  103 107 110  114
 //
 // `List` tells before(x) and behind(x), the neighbours of an item, or kNone; and label(x), to be
 // read and set, 0 while x has none.
