@@ -61,6 +61,8 @@ class Cells {
         bool is_crowded() const { return count > kRoom; }
     };
 
+    using Spot = Grid::Spot;
+
     explicit Cells(const Ring& ring) : ring_(ring) {}
 
     const Ring& ring() const { return ring_; }
@@ -93,78 +95,99 @@ class Cells {
         return side_of(crossed(cell, q));
     }
 
-    // What a segment comes by, as bits of Raster: its sides, and kEdges if there may be some, or
-    // the way is long, or there is no need to know because it comes by both sides.
-    unsigned along(Point p, Point q) {
+    // A segment within two by two cells: its ends, and the rasters of these, by slots.
+    struct Way {
+        Spot first, last;
+        const Raster* rasters[4];  // until something is drawn
+        unsigned plain;            // how all cells lie, as bits of Raster, if none has leaves
+
+        static std::size_t slot(Index column, Index row) {
+            return at((column & 1) + 2 * (row & 1));
+        }
+        const Raster& raster_at(const Spot& spot) const {
+            return *rasters[slot(spot.column, spot.row)];
+        }
+        bool is_in_one_cell() const { return first.column == last.column && first.row == last.row; }
+        bool is_in_one_part() const {
+            return is_in_one_cell() && first.x == last.x && first.y == last.y;
+        }
+        // Between the ends.
+        Spot spot(double t) const {
+            return Grid::spot_at({first.parts.x + t * (last.parts.x - first.parts.x),
+                                  first.parts.y + t * (last.parts.y - first.parts.y)});
+        }
+        // What a glance reads. (A function that only fetches has no effect, so GCC leaves it out,
+        // if it sees it before it is inlined.)
+        [[gnu::always_inline]] void fetch() const {
+            raster_at(first).fetch(first.y);
+            raster_at(last).fetch(last.y);
+            const Spot middle = spot(0.5);
+            raster_at(middle).fetch(middle.y);
+        }
+    };
+    // False if it is longer, or not in the frame.
+    bool look_along(Point p, Point q, Way& way) {
         if (!grid_.is_laid()) begin();
-        if (!grid_.holds(p) || !grid_.holds(q)) return Raster::kEdges;
-        Spot first = grid_.spot(p), last = grid_.spot(q);
+        if (!grid_.holds(p) || !grid_.holds(q)) return false;
+        const Spot &first = way.first = grid_.spot(p), &last = way.last = grid_.spot(q);
         int wide = last.column - first.column, high = last.row - first.row;
-        if (wide * wide > 1 || high * high > 1) return Raster::kEdges;
+        if (wide * wide > 1 || high * high > 1) return false;
         Index one = made(first.column, first.row), other = made(last.column, last.row);
         Index third = made(first.column, last.row), fourth = made(last.column, first.row);
-        if (is_plain(one) && one == other && one == third && one == fourth) return kind(one);
-        const Raster* rasters[4];  // those near have different slots
-        auto slot = [](Index column, Index row) { return at((column & 1) + 2 * (row & 1)); };
-        rasters[slot(first.column, first.row)] = &raster_of(one);
-        rasters[slot(last.column, last.row)] = &raster_of(other);
-        rasters[slot(first.column, last.row)] = &raster_of(third);
-        rasters[slot(last.column, first.row)] = &raster_of(fourth);
-        auto kind_at = [&](const Spot& spot) {
-            return rasters[slot(spot.column, spot.row)]->kind(spot.x, spot.y);
-        };
-        unsigned seen = kind_at(first) | kind_at(last);
-        double x = last.parts.x - first.parts.x, y = last.parts.y - first.parts.y;
-        for (double t : {0.25, 0.5, 0.75}) {  // no branches: they could not be foreseen
-            seen |= kind_at(Grid::spot_at({first.parts.x + t * x, first.parts.y + t * y}));
-        }
-        if (Raster::are_both(seen)) return seen;
-        note_question(first.column, first.row);
-        note_question(last.column, last.row);
-        pass_along(first, last, [&](Index known, Point, const Raster::Slant& here) {
-            if (is_drawn(known)) {
-                const Drawing& drawing = drawings_[at(known)];
-                unsigned kinds = drawing.raster.along(here);
-                seen |= kinds;
-                if ((kinds & Raster::kEdges) != 0) drawing.fetch(here.low, here.high);
-            } else if (Raster::is_met(here)) {
-                seen |= kind(known);
-            }
-            return Raster::are_both(seen);
-        });
-        return seen;
+        bool is_one = is_plain(one) && one == other && one == third && one == fourth;
+        way.plain = is_one ? kind(one) : 0;
+        if (is_one) return true;
+        way.rasters[Way::slot(first.column, first.row)] = &raster_of(one);
+        way.rasters[Way::slot(last.column, last.row)] = &raster_of(other);
+        way.rasters[Way::slot(first.column, last.row)] = &raster_of(third);
+        way.rasters[Way::slot(last.column, first.row)] = &raster_of(fourth);
+        return true;
     }
 
-    // Calls f(leaf, place) for edges, among them all that meet a short segment, until it returns
-    // true. Returns whether it did; nothing if traces do not tell all edges.
+    // On which sides some places of a segment lie, as bits of Raster; and kEdges, if edges may be
+    // near others.
+    static unsigned glance(const Way& way) {
+        auto kind_at = [&](const Spot& spot) { return way.raster_at(spot).kind(spot.x, spot.y); };
+        unsigned seen = kind_at(way.first) | kind_at(way.last);
+        if (way.is_in_one_part()) return seen == 0 ? Raster::kEdges : seen;
+        // No branches: they could not be foreseen.
+        for (double t : {0.25, 0.5, 0.75}) seen |= kind_at(way.spot(t));
+        return seen | Raster::kEdges;
+    }
+
+    // What is asked next of a segment that a glance does not tell.
+    [[gnu::always_inline]] void fetch_traces(const Way& way) const {
+        for (const Spot* spot : {&way.first, &way.last}) {
+            Index known = known_[grid_.place(spot->column, spot->row)];
+            if (is_drawn(known)) drawings_[at(known)].traces[spot->y / Trace::kRows].fetch();
+        }
+    }
+
+    // Whether a segment surely crosses an edge, or f(leaf, place) is true of one that it may meet;
+    // nothing if traces do not tell.
     template <class F>
-    std::optional<bool> visit_along(Point p, Point q, F f) {
-        if (!grid_.is_laid()) begin();
-        if (!grid_.holds(p) || !grid_.holds(q)) return {};
-        bool is_done = false, is_all = true;
-        Spot first = grid_.spot(p), last = grid_.spot(q);
-        auto look_at = [&](Index known, Point origin, const Raster::Slant& here) {
-            if (is_plain(known)) return false;
-            is_all = is_drawn(known);
-            if (!is_all) return true;
-            const Drawing& drawing = drawings_[at(known)];
-            std::uint32_t rows = drawing.raster.touched(here);
-            Point from = first.parts - origin, to = last.parts - origin;
-            for (const Trace& trace : drawing.traces) {
-                bool is_touched = (rows & ((std::uint32_t{1} << Trace::kRows) - 1)) != 0;
-                is_all = !is_touched || !trace.is_full();
-                if (!is_all) return true;
-                is_done = is_touched && trace.visit_along(from, to, [&](Code edge) {
-                    return f(ring_.leaf_in(drawing.leaves[edge.leaf()]), edge.place());
-                });
-                if (is_done) return true;
-                rows >>= Trace::kRows;
-                from.y -= Trace::kRows, to.y -= Trace::kRows;
+    std::optional<bool> any_met(const Way& way, F f) {
+        note_question(way.first.column, way.first.row);
+        if (!way.is_in_one_cell()) note_question(way.last.column, way.last.row);
+        auto [left, right] = std::minmax({way.first.column, way.last.column});
+        auto [low, high] = std::minmax({way.first.row, way.last.row});
+        for (Index row = low; row <= high; ++row) {
+            for (Index column = left; column <= right; ++column) {
+                Index known = made(column, row);
+                if (is_plain(known)) continue;
+                if (!is_drawn(known)) return {};
+                const Drawing& drawing = drawings_[at(known)];
+                Point corner = grid_.corner(column, row);
+                auto leaf_of = [&](Code edge) -> const Ring::Leaf& {
+                    return ring_.leaf_in(drawing.leaves[edge.leaf()]);
+                };
+                std::optional<bool> met = drawing.any_met(
+                    way.first.parts - corner, way.last.parts - corner,
+                    [&](Code edge) { return f(leaf_of(edge), edge.place()); });
+                if (!met || *met) return met;
             }
-            return false;
-        };
-        bool is_short = pass_along(first, last, look_at);
-        return is_done || (is_short && is_all) ? std::optional<bool>(is_done) : std::nullopt;
+        }
+        return false;
     }
 
     // Calls f(leaf) for leaves, until it returns true. Returns whether it did, or these are all
@@ -244,7 +267,6 @@ class Cells {
     }
 
    private:
-    using Spot = Grid::Spot;
     using Range = Grid::Range;
 
     struct alignas(64) Drawing : Strips {
@@ -344,23 +366,6 @@ class Cells {
             auto [a, b] = edge_of(ring_.leaf_in(drawing.leaves[edge.leaf()]), edge.place());
             return orient(a, b, q);
         });
-    }
-
-    // Calls f(known, corner, slant as seen from it) for the cells that a segment may meet until it
-    // returns true. False if these are not within two by two.
-    template <class F>
-    bool pass_along(const Spot& first, const Spot& last, F f) {
-        auto [left, right] = std::minmax({first.column, last.column});
-        auto [low, high] = std::minmax({first.row, last.row});
-        if (right - left > 1 || high - low > 1) return false;
-        const Raster::Slant way(first.parts, last.parts, Raster::kMargin / 2);
-        for (Index y = low; y <= high; ++y) {
-            for (Index x = left; x <= right; ++x) {
-                Point corner = grid_.corner(x, y);
-                if (f(made(x, y), corner, way.from(corner))) return true;
-            }
-        }
-        return true;
     }
 
     // The same as bits of Raster.

@@ -158,27 +158,20 @@ template <class F>
 bool any_contact(Cells& cells, const Segment& s, F&& f) {
     const Ring& ring = cells.ring();
     if (ring.empty() || !s.may_meet(ring.node(ring.root()).box)) return false;
-    auto told = cells.visit_along(s.p, s.q, [&](const Ring::Leaf& leaf, Index place) {
-        return s.meets(edge_of(leaf, place)) && f(ring.leaf_of(leaf.vertex[0]), place);
-    });
-    if (told) return *told;
     bool found = false;
     bool is_all =
         cells.visit(s.box, [&](Index leaf) { return found = any_contact(ring, leaf, s, f); });
     return is_all ? found : any_contact(ring, ring.root(), s, f);
 }
 
-// Whether a segment meets the boundary: as far as rasters tell, and for certain.
+// Whether a segment meets the boundary.
 struct Intersects {
-    static std::optional<bool> at_a_glance(Cells& cells, Point p, Point q) {
-        if (cells.ring().empty()) return false;
-        unsigned seen = cells.along(p, q);
+    static std::optional<bool> at_a_glance(unsigned seen) {
         if (Raster::are_both(seen)) return true;
         return (seen & Raster::kEdges) == 0 ? std::optional<bool>(false) : std::nullopt;
     }
-    static bool ask(Cells& cells, const Segment& s) {
-        return any_contact(cells, s, [](Index, Index) { return true; });
-    }
+    static bool counts(const Ring&, Index, Index, const Segment&) { return true; }
+    static bool answer(Cells&, Point, bool is_any) { return is_any; }
 };
 
 // An edge by its leaf and its place there, and where the segment first meets it.
@@ -276,24 +269,80 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 
 // Whether a segment lies in the closed object.
 struct Holds {
-    static std::optional<bool> at_a_glance(Cells& cells, Point p, Point q) {
-        if (cells.ring().empty()) return false;
-        unsigned seen = cells.along(p, q);
+    static std::optional<bool> at_a_glance(unsigned seen) {
         if ((seen & Raster::kOutside) != 0) return false;
         return seen == Raster::kInside ? std::optional<bool>(true) : std::nullopt;
     }
-    static bool ask(Cells& cells, const Segment& s) {
-        if (cells.side(s.p) < 0 || cells.side(s.q) < 0) return false;
-        return !any_contact(cells, s,
-                            [&](Index n, Index i) { return leads_out_at(cells.ring(), n, i, s); });
+    static bool counts(const Ring& ring, Index n, Index place, const Segment& s) {
+        return leads_out_at(ring, n, place, s);
     }
+    static bool answer(Cells& cells, Point p, bool is_any) { return !is_any && cells.side(p) >= 0; }
 };
 
-// One of these.
+// One of these that a glance does not tell; without a way, if it is long.
+template <class Question>
+bool tell_closely(Cells& cells, const Segment& s, const Cells::Way* way) {
+    const Ring& ring = cells.ring();
+    if (way != nullptr) {
+        auto any = cells.any_met(*way, [&](const Ring::Leaf& leaf, Index place) {
+            return s.meets(edge_of(leaf, place)) &&
+                   Question::counts(ring, ring.leaf_of(leaf.vertex[0]), place, s);
+        });
+        if (any) return Question::answer(cells, s.p, *any);
+    }
+    bool is_any = any_contact(cells, s, [&](Index n, Index place) {
+        return Question::counts(ring, n, place, s);
+    });
+    return Question::answer(cells, s.p, is_any);
+}
 template <class Question>
 bool tell(Cells& cells, Point p, Point q) {
-    std::optional<bool> told = Question::at_a_glance(cells, p, q);
-    return told ? *told : Question::ask(cells, {p, q});
+    if (cells.ring().empty()) return false;
+    Cells::Way way;
+    if (!cells.look_along(p, q, way)) return tell_closely<Question>(cells, {p, q}, nullptr);
+    auto told = Question::at_a_glance(way.plain != 0 ? way.plain : Cells::glance(way));
+    return told ? *told : tell_closely<Question>(cells, {p, q}, &way);
+}
+
+// The same of many, ends(i) being those of i, 0 <= i < n; answer(i, told) takes the answer. Some
+// take each step together: what it reads is fetched in the step before.
+template <class Question, class Ends, class Answer>
+void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
+    constexpr std::size_t room = 32;
+    struct {
+        Cells::Way way;
+        std::size_t i;
+    } some[room];
+    std::size_t untold[room];
+    for (std::size_t next = 0; next < n;) {
+        std::size_t count = 0, left = 0;
+        for (; next < n && count < room; ++next) {
+            auto [p, q] = ends(next);
+            Cells::Way& way = some[count].way;
+            if (cells.ring().empty()) {
+                answer(next, false);
+            } else if (!cells.look_along(p, q, way)) {
+                answer(next, tell_closely<Question>(cells, {p, q}, nullptr));
+            } else if (way.plain != 0) {
+                answer(next, *Question::at_a_glance(way.plain));
+            } else {
+                way.fetch();
+                some[count++].i = next;
+            }
+        }
+        for (std::size_t k = 0; k < count; ++k) {  // no branches: they could not be foreseen
+            auto told = Question::at_a_glance(Cells::glance(some[k].way));
+            answer(some[k].i, told.value_or(false));
+            untold[left] = k;
+            left += !told;
+        }
+        for (std::size_t k = 0; k < left; ++k) cells.fetch_traces(some[untold[k]].way);
+        for (std::size_t k = 0; k < left; ++k) {
+            const auto& [way, i] = some[untold[k]];
+            auto [p, q] = ends(i);
+            answer(i, tell_closely<Question>(cells, {p, q}, &way));
+        }
+    }
 }
 
 // ------------------------------------------------------------------ two rings

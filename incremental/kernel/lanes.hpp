@@ -51,34 +51,28 @@ class Gathered {
     Masks sum_ = {0, 0};
 };
 
-// Four floats, and masks of fours 0, 4, .. 28 gathered into bits 0 .. 31.
-using Fours = float __attribute__((vector_size(16)));
-using FourMasks = std::int32_t __attribute__((vector_size(16)));
+// Sixteen bytes, and masks of them as bits 0 .. 15.
+using Bytes = std::uint8_t __attribute__((vector_size(16)));
+using ByteMasks = std::int8_t __attribute__((vector_size(16)));
 
-inline Fours fours(float v) { return Fours{v, v, v, v}; }
+inline Bytes sixteen(std::uint8_t v) { return Bytes{} + v; }
 
-inline Fours load_four(const float* four) {
-    Fours v;
-    std::memcpy(&v, four, sizeof v);
+inline Bytes load_bytes(const std::uint8_t* first) {
+    Bytes v;
+    std::memcpy(&v, first, sizeof v);
     return v;
 }
 
-inline Fours magnitudes(Fours v) {
-    return Fours(FourMasks(v) & FourMasks{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});
+inline Bytes smaller(Bytes a, Bytes b) { return a < b ? a : b; }
+inline Bytes larger(Bytes a, Bytes b) { return a > b ? a : b; }
+
+inline std::uint32_t bits(ByteMasks where) {
+    using Halves = std::uint64_t __attribute__((vector_size(16)));
+    constexpr std::uint64_t ones = ~std::uint64_t{0} / 255;  // a product sums all bytes at the top
+    constexpr std::int8_t top = -128;
+    Halves h = Halves(where & ByteMasks{1, 2, 4, 8, 16, 32, 64, top, 1, 2, 4, 8, 16, 32, 64, top});
+    return static_cast<std::uint32_t>(h[0] * ones >> 56 | h[1] * ones >> 56 << 8);
 }
-
-class GatheredFours {
-   public:
-    void add(int first, FourMasks where) { sum_ |= where & (FourMasks{1, 2, 4, 8} << first); }
-    std::uint32_t bits() const {
-        return static_cast<std::uint32_t>(sum_[0] | sum_[1] | sum_[2] | sum_[3]);
-    }
-    // Those set together with the next one.
-    std::uint32_t pairs() const { return bits() & (bits() >> 1); }
-
-   private:
-    FourMasks sum_ = {0, 0, 0, 0};
-};
 
 // The place of the lowest bit that is set.
 inline int lowest(std::int64_t bits) {

@@ -48,14 +48,6 @@ class Raster {
             start = a.x - a.y * slope;
             aside = is_flat ? right - left : margin * (1 + std::fabs(slope));
         }
-        // As seen from another origin.
-        Slant from(Point origin) const {
-            Slant moved = *this;
-            moved.low -= origin.y, moved.high -= origin.y;
-            moved.left -= origin.x, moved.right -= origin.x;
-            moved.start += origin.y * slope - origin.x;
-            return moved;
-        }
     };
 
     // The column or row of a place in the square.
@@ -75,6 +67,8 @@ class Raster {
         unsigned is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
         return is_clear << (is_inside ^ 1);
     }
+
+    [[gnu::always_inline]] void fetch(int row) const { __builtin_prefetch(&rows_[at(row)]); }
 
     // ---------------------------------------------------------------- to draw it
     // First clear, then all edges that may come near, then settle.
@@ -134,19 +128,11 @@ class Raster {
     // What a segment comes by, as bits.
     static bool are_both(unsigned seen) { return (seen & 3) == 3; }
 
-    // That of the parts it meets, or until both sides have been seen.
-    unsigned along(const Slant& s) const {
-        std::uint32_t inside = 0, outside = 0, edges = 0;
-        trace(s, [&](int r, double from, double to) {
-            std::uint32_t met = span(from, to);
-            const Row& row = rows_[at(r)];
-            inside |= met & row.clear & row.inside;
-            outside |= met & row.clear & ~row.inside;
-            edges |= met & ~row.clear;
-            return inside != 0 && outside != 0;
-        });
-        return (inside != 0 ? kInside : 0) | (outside != 0 ? kOutside : 0) |
-               (edges != 0 ? kEdges : 0);
+    // Whether no edge comes near some columns, as bits, in any of some rows.
+    bool is_clear(std::uint32_t columns, int low, int high) const {
+        std::uint32_t clear = columns;
+        for (int r = low; r <= high; ++r) clear &= rows_[at(r)].clear;
+        return clear == columns;
     }
 
     // Rows, as bits, in which it meets parts that are not clear.
@@ -189,13 +175,6 @@ class Raster {
         int first = static_cast<int>(from), last = static_cast<int>(to);
         std::uint64_t parts = (std::uint64_t{2} << last) - (std::uint64_t{1} << first);
         return static_cast<std::uint32_t>(parts >> 1);
-    }
-
-    // Whether it meets the square at all.
-    static bool is_met(const Slant& s) {
-        bool is_met = false;
-        trace(s, [&](int, double from, double to) { return is_met = span(from, to) != 0; });
-        return is_met;
     }
 
     bool operator==(const Raster& other) const { return rows_ == other.rows_; }

@@ -33,6 +33,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -61,9 +62,8 @@ class alignas(64) Trace {
    public:
     static constexpr int kRows = 8;
 
-    // What is always read, and what only if edges are near.
-    void fetch() const { __builtin_prefetch(xy_); }
-    void fetch_codes() const { __builtin_prefetch(codes_); }
+    // What is always read.
+    [[gnu::always_inline]] void fetch() const { __builtin_prefetch(xy_); }
 
     // ---------------------------------------------------------------- to draw it
     // First clear, then all edges that may come near, then settle.
@@ -105,67 +105,65 @@ class alignas(64) Trace {
     static constexpr int kUntold = 2;
     template <class Turn>
     int side(Point place, Turn turn) const {
+        if (is_full()) return kUntold;
         // Between the heights of the rims: what is cut off there does not come to an end.
         double x = std::max(0.0, std::min(place.x * kColumn, kFine));
         double y = std::max(0.0, std::min(place.y * kRow, kFine - kReach / 64));
-        const View v(*this, static_cast<float>(x), static_cast<float>(y));
-        GatheredFours above, right, left, over, under, rim, far, negative;
-        for (int i = 0; i < kRoom; i += 4) {
-            Fours x0 = load_four(v.x + i), y0 = load_four(v.y + i);
-            Fours x1 = load_four(v.x + i + 1), y1 = load_four(v.y + i + 1);
-            Fours cross = x0 * y1 - y0 * x1;
-            above.add(i, y0 > fours(0));
-            right.add(i, x0 > fours(kReach));
-            left.add(i, x0 < fours(-kReach));
-            over.add(i, y0 > fours(kReach));
-            under.add(i, y0 < fours(-kReach));
-            rim.add(i, x0 == fours(v.rim));
-            far.add(
-                i, magnitudes(cross) > fours(kReach) * (magnitudes(x1 - x0) + magnitudes(y1 - y0)));
-            negative.add(i, cross < fours(0));
+        const Reach across(x, x), up(y, y);
+        const Bytes height = sixteen(static_cast<std::uint8_t>(y));
+        std::uint32_t near = 0, odd = 0, rim = 0;
+        for (int i : {0, kRoom - 17}) {
+            Bytes x0 = load_bytes(xy_ + i), y0 = load_bytes(xy_ + kRoom + i);
+            Bytes x1 = load_bytes(xy_ + i + 1), y1 = load_bytes(xy_ + kRoom + i + 1);
+            ByteMasks left = across.is_below(x0, x1);
+            near |= bits(~(left | across.is_above(x0, x1) | up.is_beside(y0, y1))) << i;
+            odd |= bits(((y0 > height) ^ (y1 > height)) & left) << i;
+            rim |= bits((y0 > height) & (x0 == sixteen(0))) << i |
+                   bits((y1 > height) & (x1 == sixteen(0))) << (i + 1);
         }
-        std::uint32_t edges = bits_ & kEdges, rises = above.bits() >> 1;
-        std::uint32_t crossing = (above.bits() ^ rises) & edges;
-        std::uint32_t at_left = ~(negative.bits() ^ rises);
-        std::uint32_t near =
-            edges & ~(far.bits() | right.pairs() | left.pairs() | over.pairs() | under.pairs());
-        std::uint32_t level = ~(over.bits() | under.bits());
-        if (is_full() || (near & (level | level >> 1)) != 0) return kUntold;
-        for (; near != 0; near &= near - 1) {
-            int i = lowest(near), turned = turn(codes_[i]);
-            if (turned == 0) return 0;
-            std::uint32_t edge = std::uint32_t{1} << i;
-            at_left = (turned < 0) == ((rises & edge) != 0) ? at_left | edge : at_left & ~edge;
+        const std::uint32_t edges = bits_ & kEdges;
+        odd &= edges;
+        for (near &= edges; near != 0; near &= near - 1) {
+            int i = lowest(near);
+            const Piece ab = piece(i, {x, y});
+            bool rises = ab.b.y > 0, is_left;
+            if (std::fabs(ab.area()) > kReach * ab.width()) {
+                is_left = (ab.area() < 0) == rises;
+            } else {
+                if (std::min(std::fabs(ab.a.y), std::fabs(ab.b.y)) <= kReach) return kUntold;
+                int turned = turn(codes_[i]);
+                if (turned == 0) return 0;
+                is_left = (turned < 0) == rises;
+            }
+            odd ^= std::uint32_t{is_left && (ab.a.y > 0) != rises} << i;
         }
-        std::uint32_t ends = edges ^ edges << 1;
-        std::uint32_t odd = (crossing & at_left) ^ (above.bits() & rim.bits() & ends);
+        odd ^= rim & (edges ^ edges << 1);
         return (__builtin_parity(odd) != 0) != ((bits_ & kOdd) != 0) ? 1 : -1;
     }
 
-    // Calls f(code) for edges, among them all that meet a segment in the strip, until it returns
-    // true. Returns whether it did. Not to be asked if it is full.
+    // Whether a segment surely crosses an edge in the strip, or f(code) is true of one that it may
+    // meet there. Not to be asked if it is full.
     template <class F>
-    bool visit_along(Point p, Point q, F f) const {
-        float x = static_cast<float>((q.x - p.x) * kColumn);
-        float y = static_cast<float>((q.y - p.y) * kRow);
-        float slack = kReach * (std::fabs(x) + std::fabs(y));
-        const View v(*this, static_cast<float>(p.x * kColumn), static_cast<float>(p.y * kRow));
-        GatheredFours right, left, over, under, before, behind;
-        for (int i = 0; i < kRoom; i += 4) {
-            Fours x0 = load_four(v.x + i), y0 = load_four(v.y + i);
-            Fours cross = fours(x) * y0 - fours(y) * x0;
-            right.add(i, x0 > fours(std::max(x, 0.0F) + kReach));
-            left.add(i, x0 < fours(std::min(x, 0.0F) - kReach));
-            over.add(i, y0 > fours(std::max(y, 0.0F) + kReach));
-            under.add(i, y0 < fours(std::min(y, 0.0F) - kReach));
-            before.add(i, cross > fours(slack));
-            behind.add(i, cross < fours(-slack));
+    bool any_met(Point p, Point q, F f) const {
+        p = {p.x * kColumn, p.y * kRow}, q = {q.x * kColumn, q.y * kRow};
+        const Reach across(std::min(p.x, q.x), std::max(p.x, q.x));
+        const Reach up(std::min(p.y, q.y), std::max(p.y, q.y));
+        std::uint32_t near = 0;
+        for (int i : {0, kRoom - 17}) {
+            Bytes x0 = load_bytes(xy_ + i), y0 = load_bytes(xy_ + kRoom + i);
+            Bytes x1 = load_bytes(xy_ + i + 1), y1 = load_bytes(xy_ + kRoom + i + 1);
+            near |= bits(~(across.is_beside(x0, x1) | up.is_beside(y0, y1))) << i;
         }
-        std::uint32_t left_over = bits_ & kEdges &
-                                  ~(right.pairs() | left.pairs() | over.pairs() | under.pairs() |
-                                    before.pairs() | behind.pairs());
-        for (; left_over != 0; left_over &= left_over - 1) {
-            if (f(codes_[lowest(left_over)])) return true;
+        const Point way = q - p;
+        const double own_slack = kReach * (std::fabs(way.x) + std::fabs(way.y));
+        for (near &= bits_ & kEdges; near != 0; near &= near - 1) {
+            int i = lowest(near);
+            const Piece ab = piece(i, p);
+            double of_a = way.x * ab.a.y - way.y * ab.a.x, of_b = way.x * ab.b.y - way.y * ab.b.x;
+            double of_p = ab.area(), of_q = of_p + of_a - of_b, slack = kReach * ab.width();
+            if (are_alike(of_a, of_b, own_slack) || are_alike(of_p, of_q, slack)) continue;
+            bool crosses = are_opposite(of_a, of_b, own_slack) && are_opposite(of_p, of_q, slack);
+            if (crosses || f(codes_[i])) return true;
         }
         return false;
     }
@@ -190,25 +188,49 @@ class alignas(64) Trace {
     static constexpr double kFine = 255;
     static constexpr double kColumn = kFine / Raster::kSide, kRow = kFine / kRows;  // steps a part
     // Half a step, and more than all rounding.
-    static constexpr float kReach = 0.75F;
+    static constexpr double kReach = 0.75;
     static constexpr std::uint32_t kEdges = (std::uint32_t{1} << (kRoom - 1)) - 1;
     // The constant is 1; nothing is told.
     static constexpr std::uint32_t kOdd = std::uint32_t{1} << 30, kFull = std::uint32_t{1} << 31;
 
-    // The vertices as seen from a place.
-    struct View {
-        float x[kRoom + 4], y[kRoom + 4];
-        float rim;  // x of the left rim
+    // Which edges have both ends beyond some coordinates, by the reach.
+    class Reach {
+       public:
+        Reach(double from, double to)
+            : low_(sixteen(cut(from + (1 - kReach)))), high_(sixteen(cut(to + kReach))) {}
+        ByteMasks is_below(Bytes v, Bytes w) const { return larger(v, w) < low_; }
+        ByteMasks is_above(Bytes v, Bytes w) const { return smaller(v, w) > high_; }
+        ByteMasks is_beside(Bytes v, Bytes w) const { return is_below(v, w) | is_above(v, w); }
 
-        View(const Trace& trace, float from_x, float from_y) : rim(-from_x) {
-            for (int i = 0; i < kRoom; ++i) {
-                x[i] = static_cast<float>(trace.xy_[i]) - from_x;
-                y[i] = static_cast<float>(trace.xy_[kRoom + i]) - from_y;
-            }
-            std::fill(x + kRoom, x + kRoom + 4, 0.0F);
-            std::fill(y + kRoom, y + kRoom + 4, 0.0F);
+       private:
+        static std::uint8_t cut(double v) {
+            return static_cast<std::uint8_t>(std::max(0.0, std::min(v, kFine)));
         }
+        Bytes low_, high_;
     };
+
+    // The trace of an edge, as seen from a place.
+    struct Piece {
+        Point a, b;
+
+        // Twice that of the triangle to the place, positive if this lies on the left of it.
+        double area() const { return a.x * b.y - a.y * b.x; }
+        double width() const { return std::fabs(b.x - a.x) + std::fabs(b.y - a.y); }
+    };
+    Piece piece(int i, Point from) const {
+        auto vertex = [&](int n) {
+            return Point{xy_[n] - from.x, xy_[kRoom + n] - from.y};
+        };
+        return {vertex(i), vertex(i + 1)};
+    }
+
+    // Surely on the same side, and surely on different ones.
+    static bool are_alike(double v, double w, double slack) {
+        return std::min(v, w) > slack || std::max(v, w) < -slack;
+    }
+    static bool are_opposite(double v, double w, double slack) {
+        return std::min(v, w) < -slack && std::max(v, w) > slack;
+    }
 
     // Leaves of the part of a + t * way, 0 <= t <= 1, what lies within 0 .. high or a margin beside
     // it; false if nothing does.
@@ -271,13 +293,30 @@ struct alignas(64) Strips {
         }
     }
 
-    // What tells the edges between two heights.
-    void fetch(double low, double high) const {
-        int last = Raster::part(high) / Trace::kRows;
-        for (int n = Raster::part(low) / Trace::kRows; n <= last; ++n) {
-            traces[n].fetch();
-            traces[n].fetch_codes();
+    // Whether a segment, as seen from the lower left corner, surely crosses an edge in the square, or
+    // f(code) is true of one that it may meet there; nothing if a trace that is full might know.
+    template <class F>
+    std::optional<bool> any_met(Point p, Point q, F f) const {
+        auto [left, right] = std::minmax({Raster::part(p.x), Raster::part(q.x)});
+        auto [low, high] = std::minmax({Raster::part(p.y), Raster::part(q.y)});
+        const std::uint32_t columns = ~0U >> (Raster::kSide - 1 - right) & ~0U << left;
+        int last = high / Trace::kRows;
+        for (int n = low / Trace::kRows; n <= last; ++n) traces[n].fetch();
+        for (int n = low / Trace::kRows; n <= last; ++n) {
+            int first_row = n * Trace::kRows;
+            if (raster.is_clear(columns, std::max(low, first_row),
+                                std::min(high, first_row + Trace::kRows - 1)))
+                continue;
+            const Trace& trace = traces[n];
+            if (trace.is_full()) {
+                std::uint32_t rows = raster.touched({p, q, Raster::kMargin / 2}) >> first_row;
+                if ((rows & ((1U << Trace::kRows) - 1)) != 0) return {};
+                continue;
+            }
+            Point above = {0, double(first_row)};
+            if (trace.any_met(p - above, q - above, f)) return true;
         }
+        return false;
     }
 
     // Whether two are of the same edges; leaves are told by their numbers in the lists.

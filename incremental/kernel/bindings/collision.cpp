@@ -2,7 +2,6 @@
 #include "../collision.hpp"
 
 #include <initializer_list>
-#include <numeric>
 
 #include "../order.hpp"
 #include "kernel.hpp"
@@ -24,35 +23,27 @@ struct Ends {
     }
 };
 
-// Calls f(i) for some rows of columns, along a curve through the places (x, y) in the first two:
+// Calls f(i) for the rows of columns, along a curve through the places (x, y) in the first two:
 // each row meets what is in the cache. Rows are read at random, so they are fetched ahead.
 template <class F>
-void along_curve(std::initializer_list<const DoubleArray*> columns,
-                 const std::vector<std::size_t>& rows, F f) {
+void along_curve(std::initializer_list<const DoubleArray*> columns, F f) {
     constexpr std::size_t ahead = 8;
     const DoubleArray &x = *columns.begin()[0], &y = *columns.begin()[1];
-    Order order =
-        curve_order(rows.size(), [&](std::size_t i) { return Point{x(rows[i]), y(rows[i])}; });
+    Order order = curve_order(x.shape(0), [&](std::size_t i) { return Point{x(i), y(i)}; });
     for (std::size_t i = 0; i < order.size(); ++i) {
         if (i + ahead < order.size()) {
-            std::size_t next = rows[order[i + ahead]];
+            std::size_t next = order[i + ahead];
             for (const DoubleArray* column : columns) __builtin_prefetch(&(*column)(next));
         }
-        f(rows[order[i]]);
+        f(order[i]);
     }
-}
-
-std::vector<std::size_t> all_rows(std::size_t n) {
-    std::vector<std::size_t> rows(n);
-    std::iota(rows.begin(), rows.end(), std::size_t{0});
-    return rows;
 }
 
 // Calls ask(search, i, place, limit) for many places: each search has a bound from the one before.
 template <class Ask>
 void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
     NearestSearch search(object.ring(), &object.cells());
-    along_curve({&x, &y}, all_rows(x.shape(0)), [&](std::size_t i) {
+    along_curve({&x, &y}, [&](std::size_t i) {
         Point q = {x(i), y(i)};
         std::optional<Point> known = search.vertex();
         double limit = known ? distance(*known, q) : std::numeric_limits<double>::infinity();
@@ -113,23 +104,16 @@ std::optional<bool> segment_one(Kernel& k, nb::handle x0, nb::handle y0, nb::han
     return tell<Question>(k.object().cells(), *p, *q);
 }
 
-// Those that a glance does not tell are looked at in the order of a curve.
 template <class Question>
 auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
     std::vector<std::uint8_t> answers(x0.shape(0));
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        Cells& cells = k.object().cells();
-        std::vector<std::size_t> left;
-        for (std::size_t i = 0; i < answers.size(); ++i) {
-            auto told = Question::at_a_glance(cells, {x0(i), y0(i)}, {x1(i), y1(i)});
-            answers[i] = told.value_or(false);
-            if (!told) left.push_back(i);
-        }
-        along_curve({&x0, &y0, &x1, &y1}, left, [&](std::size_t i) {
-            answers[i] = Question::ask(cells, {{x0(i), y0(i)}, {x1(i), y1(i)}});
-        });
+        tell_each<Question>(
+            k.object().cells(), answers.size(),
+            [&](std::size_t i) { return std::pair(Point{x0(i), y0(i)}, Point{x1(i), y1(i)}); },
+            [&](std::size_t i, bool told) { answers[i] = told; });
     }
     return to_numpy(std::move(answers));
 }
@@ -141,7 +125,7 @@ auto first_hit(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, Double
     auto turn = k.with_ring();
     {
         nb::gil_scoped_release others_may_run;
-        along_curve({&x0, &y0, &x1, &y1}, all_rows(n), [&](std::size_t i) {
+        along_curve({&x0, &y0, &x1, &y1}, [&](std::size_t i) {
             Segment s({x0(i), y0(i)}, {x1(i), y1(i)});
             Hit hit = Hits(k.object().ring(), s).first(k.object().cells());
             t[i] = hit.t;
