@@ -36,7 +36,7 @@ class Case {
         Strips strips;
         strips.clear();
         for (std::size_t i = 0; i < n; ++i) {
-            strips.add(corner(i), corner(i + 1), Code(i / 32, int(i % 32)));
+            strips.add(corner(i), corner(i + 1), Code(i / 32, int(i % 32)), codes_);
         }
         strips.settle([&](int x, int y) { return expected({x + 0.5, y + 0.5}); });
         int count = 0;
@@ -48,8 +48,8 @@ class Case {
             if (told != 0 && told != expected(q)) fail("a part is not clear");
             int traced = strips.traces[s].is_full()
                              ? Trace::kUntold
-                             : strips.traces[s].side(above(q, s), [&](Code code) {
-                                   std::size_t e = number(code);
+                             : strips.traces[s].side(above(q, s), [&](std::size_t code) {
+                                   std::size_t e = number(codes_[at(s)][code]);
                                    return orient(corner(e), corner(e + 1), q);
                                });
             if (traced == Trace::kUntold) continue;
@@ -68,8 +68,6 @@ class Case {
 
     std::size_t random(std::size_t n) { return dice_() % n; }
 
-    static constexpr int kStrips = Raster::kSide / Trace::kRows;
-
     static Point above(Point q, int strip) { return {q.x, q.y - strip * Trace::kRows}; }
     static std::size_t number(Code code) { return code.leaf() * 32 + std::size_t(code.place()); }
     Point corner(std::size_t i) const { return corners_[i % corners_.size()]; }
@@ -86,11 +84,11 @@ class Case {
         Point p = {double(random(1025)) / 32, double(random(1025)) / 32};
         Point q = random(8) == 0 ? p : Point{p.x + near_a_line() - 16, p.y + near_a_line() - 16};
         if (random(4) == 0) q = {p.x + (q.x - p.x) / 32, p.y + (q.y - p.y) / 32};
-        for (int s = 0; s < kStrips; ++s) {
+        for (int s = 0; s < Strips::kCount; ++s) {
             if (traces[s].is_full()) continue;
             std::vector<bool> told(corners_.size());
-            bool crosses = traces[s].any_met(above(p, s), above(q, s), [&](Code code) {
-                told[number(code)] = true;
+            bool crosses = traces[s].any_met(above(p, s), above(q, s), [&](std::size_t code) {
+                told[number(codes_[at(s)][code])] = true;
                 return false;
             });
             bool is_so = false;
@@ -133,6 +131,7 @@ class Case {
 
     std::minstd_rand dice_;
     std::vector<Point> corners_;
+    Strips::Codes codes_;
     long crossed_ = 0, passed_ = 0;  // strips, by a segment
 };
 

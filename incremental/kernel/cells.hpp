@@ -84,7 +84,7 @@ class Cells {
         Spot at_q = grid_.spot(q);
         Index known = made(at_q.column, at_q.row);
         if (is_drawn(known)) {
-            int told = side_drawn(drawings_[at(known)], at_q, q);
+            int told = side_drawn(known, at_q, q);
             if (told != Trace::kUntold) return told;
         } else if (is_plain(known)) {
             return known == kInside ? 1 : -1;
@@ -178,12 +178,13 @@ class Cells {
                 if (!is_drawn(known)) return {};
                 const Drawing& drawing = drawings_[at(known)];
                 Point corner = grid_.corner(column, row);
-                auto leaf_of = [&](Code edge) -> const Ring::Leaf& {
-                    return ring_.leaf_in(drawing.leaves[edge.leaf()]);
-                };
                 std::optional<bool> met = drawing.any_met(
                     way.first.parts - corner, way.last.parts - corner,
-                    [&](Code edge) { return f(leaf_of(edge), edge.place()); });
+                    [&](std::size_t n, std::size_t i) {
+                        const Origin& origin = origins_[at(known)];
+                        Code code = origin.codes[n][i];
+                        return f(ring_.leaf_in(origin.leaves[code.leaf()]), code.place());
+                    });
                 if (!met || *met) return met;
             }
         }
@@ -237,7 +238,7 @@ class Cells {
 
     std::size_t bytes() const {
         return cells_.capacity() * sizeof(Cell) + drawings_.capacity() * sizeof(Drawing) +
-               known_.capacity() * sizeof(Index);
+               origins_.capacity() * sizeof(Origin) + known_.capacity() * sizeof(Index);
     }
 
     // The first broken invariant, or nothing. O(n log n).
@@ -254,8 +255,10 @@ class Cells {
                                              : cell.count > 0 && are_alike(cell_of(known), cell);
                 if (is_drawn(known)) {
                     Drawing drawing;
-                    draw(cell, drawing, x, y);
-                    is_so = is_so && are_alike(drawings_[at(known)], drawing);
+                    Origin origin;
+                    draw(cell, drawing, origin, x, y);
+                    is_so = is_so &&
+                            are_alike(drawings_[at(known)], origins_[at(known)], drawing, origin);
                 }
                 if (!is_so) {
                     return "cell " + std::to_string(x) + ", " + std::to_string(y) +
@@ -269,7 +272,10 @@ class Cells {
    private:
     using Range = Grid::Range;
 
-    struct alignas(64) Drawing : Strips {
+    using Drawing = Strips;
+    // Which edges it is of.
+    struct alignas(64) Origin {
+        Strips::Codes codes;
         Index leaves[kRoom];  // of the cell, by their places among all
         Index cell;
     };
@@ -282,7 +288,7 @@ class Cells {
     static bool is_drawn(Index known) { return known >= 0; }
     static bool is_plain(Index known) { return known == kOutside || known == kInside; }
     Index number(Index known) const {
-        return is_drawn(known) ? drawings_[at(known)].cell : kListed - known;
+        return is_drawn(known) ? origins_[at(known)].cell : kListed - known;
     }
     const Cell& cell_of(Index known) const { return cells_[at(number(known))]; }
 
@@ -300,6 +306,7 @@ class Cells {
         known_.assign(grid.size(), kNone);
         cells_.clear();
         drawings_.clear();
+        origins_.clear();
         questions_ = 0;
         free_ = free_drawing_ = kNone;
         grid_ = grid;
@@ -343,27 +350,32 @@ class Cells {
         bool is_due = cell.asked >= kPatience || questions_ >= (kPatience - 1) * cells_.size();
         if (!is_due) return;
         if (free_drawing_ == kNone) {
+            drawings_.reserve(drawings_.size() + 1);
+            origins_.reserve(drawings_.size() + 1);
             drawings_.push_back({});
-            drawings_.back().cell = kNone;
+            origins_.push_back({});
+            origins_.back().cell = kNone;
             free_drawing_ = static_cast<Index>(drawings_.size()) - 1;
         }
         Index n = free_drawing_;
-        Drawing& drawing = drawings_[at(n)];
-        free_drawing_ = std::exchange(drawing.cell, number(known));
-        draw(cell, drawing, column, row);
+        free_drawing_ = std::exchange(origins_[at(n)].cell, number(known));
+        draw(cell, drawings_[at(n)], origins_[at(n)], column, row);
         known = n;
     }
 
     // As far as raster and traces tell.
-    int side_drawn(const Drawing& drawing, const Spot& spot, Point q) const {
+    int side_drawn(Index known, const Spot& spot, Point q) const {
+        const Drawing& drawing = drawings_[at(known)];
         const Trace& trace = drawing.traces[spot.y / Trace::kRows];
         trace.fetch();
         int told = drawing.raster.side(spot.x, spot.y);
         if (told != 0) return told;
         Point origin = grid_.corner(spot.column, spot.row);
         origin.y += spot.y / Trace::kRows * Trace::kRows;
-        return trace.side(spot.parts - origin, [&](Code edge) {
-            auto [a, b] = edge_of(ring_.leaf_in(drawing.leaves[edge.leaf()]), edge.place());
+        return trace.side(spot.parts - origin, [&](std::size_t i) {
+            const Origin& of = origins_[at(known)];
+            Code code = of.codes[at(spot.y / Trace::kRows)][i];
+            auto [a, b] = edge_of(ring_.leaf_in(of.leaves[code.leaf()]), code.place());
             return orient(a, b, q);
         });
     }
@@ -374,19 +386,19 @@ class Cells {
                : known == kOutside ? Raster::kOutside
                                    : Raster::kEdges;
     }
-    void draw(const Cell& cell, Drawing& drawing, Index column, Index row) const {
+    void draw(const Cell& cell, Drawing& drawing, Origin& origin, Index column, Index row) const {
         drawing.clear();
         const Box around = grid_.box(column, row);
         for (std::size_t i = 0; i < cell.count; ++i) {
             const Ring::Node& n = ring_.node(cell.leaves[i]);
             const Ring::Leaf& leaf = ring_.leaf_at(n);
-            drawing.leaves[i] = n.left;
+            origin.leaves[i] = n.left;
             for (std::int64_t left = not_beside(leaf, n.count, around); left != 0;
                  left &= left - 1) {
                 int e = lowest(left);
                 Point a = grid_.in_raster({leaf.x[e], leaf.y[e]}, column, row);
                 Point b = grid_.in_raster({leaf.x[e + 1], leaf.y[e + 1]}, column, row);
-                drawing.add(a, b, Code(i, e));
+                drawing.add(a, b, Code(i, e), origin.codes);
             }
         }
         drawing.settle([&](int x, int y) {
@@ -399,42 +411,63 @@ class Cells {
     }
 
     void make(Cell& cell, const Box& box) const {
-        constexpr int room = Ring::kDeepest;
-        Point corner = {box.x_low, box.y_low};
-        unsigned odd = 0;
-        Index todo[room];
-        int left = 0;
-        cell.count = cell.asked = 0;
+        cell.count = cell.asked = cell.odd = 0;
         cell.first_right = cell.last_right = 0;
-        todo[left++] = ring_.root();
-        while (left > 0 && !cell.is_crowded()) {
-            Index n = todo[--left];
-            const Ring::Node& node = ring_.node(n);
-            if (!overlap(node.box, box)) {
-                odd ^= crossed_at_right(node, corner);
+        Point corner = {box.x_low, box.y_low};
+        const Ring::Node& root = ring_.node(ring_.root());
+        if (overlap(root.box, box)) {
+            list(cell, box, ring_.root());
+        } else {
+            cell.odd = static_cast<std::uint8_t>(crossed_at_right(root, corner));
+        }
+    }
+
+    // Those below a node that meets the box. First come, first served, as in queries.hpp: so what
+    // is read next is fetched meanwhile.
+    void list(Cell& cell, const Box& box, Index top) const {
+        constexpr int room = 64;  // enough nearly always
+        Point corner = {box.x_low, box.y_low};
+        Index entered[room];
+        int count = 0;
+        entered[count++] = top;
+        unsigned odd = 0;
+        for (int i = 0; i < count && !cell.is_crowded(); ++i) {
+            const Ring::Node& node = ring_.node(entered[i]);
+            if (node.right == kNone) {
+                odd ^= list_leaf(cell, box, entered[i]);
                 continue;
             }
-            if (node.right != kNone) {
-                todo[left++] = node.right;
-                todo[left++] = node.left;
-                continue;
-            }
-            const Ring::Leaf& leaf = ring_.leaf_at(node);
-            if (not_beside(leaf, node.count, box) == 0) {
-                odd ^= crossed_in_leaf(leaf, node.count, corner);
-            } else if (cell.count == kRoom) {
-                ++cell.count;
-            } else {
-                bool first_right = leaf.x[0] > box.x_high;
-                bool last_right = leaf.x[node.count] > box.x_high;
-                odd ^= (first_right & (node.first_y > corner.y)) ^
-                       (last_right & (node.last_y > corner.y));
-                cell.first_right |= std::uint32_t{first_right} << cell.count;
-                cell.last_right |= std::uint32_t{last_right} << cell.count;
-                cell.leaves[cell.count++] = n;
+            for (Index child : {node.left, node.right}) {
+                const Ring::Node& c = ring_.node(child);
+                if (!overlap(c.box, box)) {
+                    odd ^= crossed_at_right(c, corner);
+                } else if (count == room) {
+                    list(cell, box, child);
+                } else {
+                    entered[count++] = child;
+                    if (c.right == kNone) ring_.leaf_at(c).fetch(c.count);
+                }
             }
         }
-        cell.odd = static_cast<std::uint8_t>(odd);
+        cell.odd ^= static_cast<std::uint8_t>(odd);
+    }
+    // Returns what it is to the rest.
+    unsigned list_leaf(Cell& cell, const Box& box, Index n) const {
+        const Ring::Node& node = ring_.node(n);
+        const Ring::Leaf& leaf = ring_.leaf_at(node);
+        Point corner = {box.x_low, box.y_low};
+        if (not_beside(leaf, node.count, box) == 0) {
+            return crossed_in_leaf(leaf, node.count, corner) & kOdd;
+        }
+        if (cell.count == kRoom) {
+            ++cell.count;
+            return 0;
+        }
+        bool first_right = leaf.x[0] > box.x_high, last_right = leaf.x[node.count] > box.x_high;
+        cell.first_right |= std::uint32_t{first_right} << cell.count;
+        cell.last_right |= std::uint32_t{last_right} << cell.count;
+        cell.leaves[cell.count++] = n;
+        return (first_right & (node.first_y > corner.y)) ^ (last_right & (node.last_y > corner.y));
     }
 
     unsigned crossed(const Cell& cell, Point q) const {
@@ -465,7 +498,7 @@ class Cells {
                 }
                 Index cell = number(known);
                 if (is_drawn(known)) {
-                    drawings_[at(known)].cell = free_drawing_;
+                    origins_[at(known)].cell = free_drawing_;
                     free_drawing_ = known;
                 }
                 cells_[at(cell)].leaves[0] = free_;
@@ -489,18 +522,20 @@ class Cells {
         };
         return a.odd == b.odd && listed(a) == listed(b);
     }
-    static bool are_alike(const Drawing& a, const Drawing& b) {
+    static bool are_alike(const Drawing& a, const Origin& of_a, const Drawing& b,
+                          const Origin& of_b) {
         return Strips::are_alike(
-            a, [&](std::size_t leaf) { return a.leaves[leaf]; }, b,
-            [&](std::size_t leaf) { return b.leaves[leaf]; });
+            a, of_a.codes, [&](std::size_t leaf) { return of_a.leaves[leaf]; },  //
+            b, of_b.codes, [&](std::size_t leaf) { return of_b.leaves[leaf]; });
     }
 
     const Ring& ring_;
     Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
     Array<Cell> cells_;
     Array<Drawing> drawings_;
+    Array<Origin> origins_;      // of drawings
     std::size_t questions_ = 0;  // about cells not drawn yet, since something changed
-    // The first that are not in use; the next ones are leaves[0] of cells, `cell` of drawings.
+    // The first that are not in use; the next ones are leaves[0] of cells, `cell` of origins.
     Index free_ = kNone, free_drawing_ = kNone;
     Grid grid_;
 };

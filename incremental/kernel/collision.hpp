@@ -290,9 +290,8 @@ bool tell_closely(Cells& cells, const Segment& s, const Cells::Way* way) {
         });
         if (any) return Question::answer(cells, s.p, *any);
     }
-    bool is_any = any_contact(cells, s, [&](Index n, Index place) {
-        return Question::counts(ring, n, place, s);
-    });
+    bool is_any = any_contact(
+        cells, s, [&](Index n, Index place) { return Question::counts(ring, n, place, s); });
     return Question::answer(cells, s.p, is_any);
 }
 template <class Question>

@@ -25,14 +25,13 @@
 //
 // Edges are told by the leaf, by its number in the list of the cell, and by the place there.
 // Invariants (check, of cells.hpp): a trace is a function of the edges that come near its strip.
-// Cost: 128 bytes a strip; a place, one line of memory, and another for one in some forty.
+// Cost: 120 bytes a strip; a place, one line of memory, and another for one in some forty.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -61,6 +60,10 @@ class Code {
 class alignas(64) Trace {
    public:
     static constexpr int kRows = 8;
+    static constexpr int kRoom = 28;        // vertices
+    using Codes = std::array<Code, kRoom>;  // of edges by their starts
+    // As far beside the strip as edges are traced.
+    static constexpr double kMargin = 2 * Raster::kMargin;
 
     // What is always read.
     [[gnu::always_inline]] void fetch() const { __builtin_prefetch(xy_); }
@@ -70,7 +73,7 @@ class alignas(64) Trace {
     void clear() { *this = {}; }
 
     // Coordinates are in parts, as seen from the lower left corner.
-    void add(Point a, Point b, Code code) {
+    void add(Point a, Point b, Code code, Codes& codes) {
         double from = 0, to = 1, x = b.x - a.x, y = b.y - a.y;
         if (is_full() || !clip(a.x, x, Raster::kSide, from, to) || !clip(a.y, y, kRows, from, to))
             return;
@@ -78,13 +81,13 @@ class alignas(64) Trace {
         Point start = from > 0 ? Point{a.x + from * x, a.y + from * y} : a;
         Point stop = to < 1 ? Point{a.x + to * x, a.y + to * y} : b;
         int n = count_;
-        bool goes_on = n > 0 && code.is_behind(codes_[n - 2]) && is_vertex(n - 1, start);
+        bool goes_on = n > 0 && code.is_behind(codes[at(n - 2)]) && is_vertex(n - 1, start);
         if (n + (goes_on ? 1 : 2) > kRoom) {
             bits_ |= kFull;
             return;
         }
         if (!goes_on) set(n++, start);
-        codes_[n - 1] = code;
+        codes[at(n - 1)] = code;
         bits_ |= std::uint32_t{1} << (n - 1);
         set(n++, stop);
         count_ = static_cast<std::uint8_t>(n);
@@ -92,7 +95,7 @@ class alignas(64) Trace {
 
     // Takes the constant from a place that no edge is near: the middle of a part that is clear.
     void settle(Point place, bool is_inside) {
-        auto none = [](Code) { return 0; };
+        auto none = [](std::size_t) { return 0; };
         if ((side(place, none) > 0) != is_inside) bits_ |= kOdd;
     }
     // Nothing is told.
@@ -100,8 +103,8 @@ class alignas(64) Trace {
     bool is_full() const { return (bits_ & kFull) != 0; }
 
     // ---------------------------------------------------------------- to ask it
-    // +1 inside, 0 on the boundary, -1 outside, or kUntold; turn(code) is on which side of an edge
-    // the place lies.
+    // +1 inside, 0 on the boundary, -1 outside, or kUntold; turn(i) is on which side of an edge the
+    // place lies, by the number of its code.
     static constexpr int kUntold = 2;
     template <class Turn>
     int side(Point place, Turn turn) const {
@@ -131,7 +134,7 @@ class alignas(64) Trace {
                 is_left = (ab.area() < 0) == rises;
             } else {
                 if (std::min(std::fabs(ab.a.y), std::fabs(ab.b.y)) <= kReach) return kUntold;
-                int turned = turn(codes_[i]);
+                int turned = turn(at(i));
                 if (turned == 0) return 0;
                 is_left = (turned < 0) == rises;
             }
@@ -141,7 +144,7 @@ class alignas(64) Trace {
         return (__builtin_parity(odd) != 0) != ((bits_ & kOdd) != 0) ? 1 : -1;
     }
 
-    // Whether a segment surely crosses an edge in the strip, or f(code) is true of one that it may
+    // Whether a segment surely crosses an edge in the strip, or f(i) is true of one that it may
     // meet there. Not to be asked if it is full.
     template <class F>
     bool any_met(Point p, Point q, F f) const {
@@ -163,18 +166,18 @@ class alignas(64) Trace {
             double of_p = ab.area(), of_q = of_p + of_a - of_b, slack = kReach * ab.width();
             if (are_alike(of_a, of_b, own_slack) || are_alike(of_p, of_q, slack)) continue;
             bool crosses = are_opposite(of_a, of_b, own_slack) && are_opposite(of_p, of_q, slack);
-            if (crosses || f(codes_[i])) return true;
+            if (crosses || f(at(i))) return true;
         }
         return false;
     }
 
     // The same edges, traced alike, in some order.
     template <class Leaf>
-    std::vector<std::array<Index, 6>> listed(Leaf leaf) const {
+    std::vector<std::array<Index, 6>> listed(const Codes& codes, Leaf leaf) const {
         std::vector<std::array<Index, 6>> all;
         for (std::uint32_t left = is_full() ? 0 : bits_ & kEdges; left != 0; left &= left - 1) {
             int i = lowest(left);
-            all.push_back({leaf(codes_[i].leaf()), codes_[i].place(), xy_[i], xy_[i + 1],
+            all.push_back({leaf(codes[at(i)].leaf()), codes[at(i)].place(), xy_[i], xy_[i + 1],
                            xy_[kRoom + i], xy_[kRoom + i + 1]});
         }
         std::sort(all.begin(), all.end());
@@ -184,7 +187,6 @@ class alignas(64) Trace {
     bool is_odd() const { return (bits_ & kOdd) != 0; }
 
    private:
-    static constexpr int kRoom = 28;  // vertices
     static constexpr double kFine = 255;
     static constexpr double kColumn = kFine / Raster::kSide, kRow = kFine / kRows;  // steps a part
     // Half a step, and more than all rounding.
@@ -218,9 +220,7 @@ class alignas(64) Trace {
         double width() const { return std::fabs(b.x - a.x) + std::fabs(b.y - a.y); }
     };
     Piece piece(int i, Point from) const {
-        auto vertex = [&](int n) {
-            return Point{xy_[n] - from.x, xy_[kRoom + n] - from.y};
-        };
+        auto vertex = [&](int n) { return Point{xy_[n] - from.x, xy_[kRoom + n] - from.y}; };
         return {vertex(i), vertex(i + 1)};
     }
 
@@ -235,9 +235,8 @@ class alignas(64) Trace {
     // Leaves of the part of a + t * way, 0 <= t <= 1, what lies within 0 .. high or a margin beside
     // it; false if nothing does.
     static bool clip(double a, double way, double high, double& from, double& to) {
-        constexpr double margin = 2 * Raster::kMargin;
-        if (way == 0) return -margin <= a && a <= high + margin;
-        double first = (-margin - a) / way, last = (high + margin - a) / way;
+        if (way == 0) return -kMargin <= a && a <= high + kMargin;
+        double first = (-kMargin - a) / way, last = (high + kMargin - a) / way;
         from = std::max(from, std::min(first, last));
         to = std::min(to, std::max(first, last));
         return from <= to;
@@ -255,26 +254,31 @@ class alignas(64) Trace {
     }
 
     std::uint8_t xy_[2 * kRoom];
-    std::uint32_t bits_;             // edges by their starts, and kOdd, and kFull
-    std::uint8_t count_;             // of vertices
-    alignas(64) Code codes_[kRoom];  // of edges by their starts
+    std::uint32_t bits_;  // edges by their starts, and kOdd, and kFull
+    std::uint8_t count_;  // of vertices
 };
 
-// A raster with the traces of its strips.
+// A raster with the traces of its strips: what is always read, and which edges they are apart from
+// it, for that is seldom asked.
 struct alignas(64) Strips {
+    static constexpr int kCount = Raster::kSide / Trace::kRows;
+    using Codes = std::array<Trace::Codes, kCount>;
+
     Raster raster;
-    Trace traces[Raster::kSide / Trace::kRows];
+    Trace traces[kCount];
 
     // First clear, then all edges that may come near, then settle, as a raster.
     void clear() {
         raster.clear();
         for (Trace& trace : traces) trace.clear();
     }
-    void add(Point a, Point b, Code code) {
+    void add(Point a, Point b, Code code, Codes& codes) {
         raster.add(a, b);
-        for (Trace& trace : traces) {
-            trace.add(a, b, code);
-            a.y -= Trace::kRows, b.y -= Trace::kRows;
+        int last = Raster::part(std::max(a.y, b.y) + Trace::kMargin) / Trace::kRows;
+        for (int n = Raster::part(std::min(a.y, b.y) - Trace::kMargin) / Trace::kRows; n <= last;
+             ++n) {
+            double low = n * Trace::kRows;
+            traces[n].add({a.x, a.y - low}, {b.x, b.y - low}, code, codes[at(n)]);
         }
     }
     template <class Side>
@@ -293,8 +297,9 @@ struct alignas(64) Strips {
         }
     }
 
-    // Whether a segment, as seen from the lower left corner, surely crosses an edge in the square, or
-    // f(code) is true of one that it may meet there; nothing if a trace that is full might know.
+    // Whether a segment, as seen from the lower left corner, surely crosses an edge in the square,
+    // or f(n, i) is true of one that it may meet there, of those of trace n the one with code i;
+    // nothing if a trace that is full might know.
     template <class F>
     std::optional<bool> any_met(Point p, Point q, F f) const {
         auto [left, right] = std::minmax({Raster::part(p.x), Raster::part(q.x)});
@@ -314,17 +319,20 @@ struct alignas(64) Strips {
                 continue;
             }
             Point above = {0, double(first_row)};
-            if (trace.any_met(p - above, q - above, f)) return true;
+            if (trace.any_met(p - above, q - above, [&](std::size_t i) { return f(at(n), i); }))
+                return true;
         }
         return false;
     }
 
     // Whether two are of the same edges; leaves are told by their numbers in the lists.
     template <class LeafOfA, class LeafOfB>
-    static bool are_alike(const Strips& a, LeafOfA of_a, const Strips& b, LeafOfB of_b) {
-        for (std::size_t i = 0; i < std::size(a.traces); ++i) {
+    static bool are_alike(const Strips& a, const Codes& codes_of_a, LeafOfA of_a, const Strips& b,
+                          const Codes& codes_of_b, LeafOfB of_b) {
+        for (std::size_t i = 0; i < at(kCount); ++i) {
             const Trace &m = a.traces[i], &n = b.traces[i];
-            if (m.is_full() != n.is_full() || m.listed(of_a) != n.listed(of_b)) return false;
+            if (m.is_full() != n.is_full()) return false;
+            if (m.listed(codes_of_a[i], of_a) != n.listed(codes_of_b[i], of_b)) return false;
             if (!m.is_full() && m.is_odd() != n.is_odd()) return false;
         }
         return a.raster == b.raster;

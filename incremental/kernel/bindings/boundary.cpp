@@ -13,15 +13,13 @@ double d_min(Kernel& k) {
 std::optional<int> side_one(Kernel& k, nb::handle x, nb::handle y) {
     std::optional<Point> q = as_place(x, y);
     if (!q) return {};
-    auto turn = k.with_ring();
-    return k.object().cells().side(*q);
+    return k.ask_cells([&](Cells& cells) { return cells.side(*q); });
 }
 
-std::optional<bool> contains_one(Kernel& k, nb::handle x, nb::handle y) {
+nb::object contains_one(Kernel& k, nb::handle x, nb::handle y) {
     std::optional<Point> q = as_place(x, y);
-    if (!q) return {};
-    auto turn = k.with_ring();
-    return k.object().cells().side(*q) >= 0;
+    if (!q) return nb::none();
+    return k.ask_cells([&](Cells& cells) { return as_bool(cells.side(*q) >= 0); });
 }
 
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {

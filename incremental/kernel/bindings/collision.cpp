@@ -100,8 +100,7 @@ std::optional<bool> segment_one(Kernel& k, nb::handle x0, nb::handle y0, nb::han
                                 nb::handle y1) {
     std::optional<Point> p = as_place(x0, y0), q = as_place(x1, y1);
     if (!p || !q) return {};
-    auto turn = k.with_ring();
-    return tell<Question>(k.object().cells(), *p, *q);
+    return k.ask_cells([&](Cells& cells) { return tell<Question>(cells, *p, *q); });
 }
 
 template <class Question>

@@ -29,6 +29,7 @@ class Kernel {
         ~Turn() {
             if (kernel_ == nullptr) return;
             kernel_->told_.store(kernel_->object_->points().revision(), std::memory_order_relaxed);
+            kernel_->is_taken_ = false;
             kernel_->mutex_.unlock();
         }
 
@@ -48,6 +49,7 @@ class Kernel {
             nb::gil_scoped_release others_may_run;
             mutex_.lock();
         }
+        is_taken_ = true;
         return Turn(this);
     }
 
@@ -80,6 +82,16 @@ class Kernel {
             object_->update_ring();
         }
         return turn;
+    }
+
+    // Asks the cells of the ring in this object's turn, which costs no lock if there is nothing to
+    // wait for or to do: nobody else can take it before the GIL is let go, and `ask` keeps that. A
+    // lock waits for all that was read before it, so the next call could not begin meanwhile.
+    template <class Ask>
+    auto ask_cells(Ask ask) {
+        if (!is_taken_ && object_->is_ring_fresh()) return ask(object_->cells());
+        Turn turn = with_ring();
+        return ask(object_->cells());
     }
 
     // The same, with the ring as results hold it instead.
@@ -124,6 +136,7 @@ class Kernel {
 
     std::unique_ptr<Object> object_;
     std::mutex mutex_;
+    bool is_taken_ = false;  // the turn; to be read and written with the GIL
     std::atomic<std::int64_t> told_ = 0;
 };
 
