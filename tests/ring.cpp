@@ -155,7 +155,7 @@ class Model {
 
     void compare_answers(Cells& cells) {
         const Ring& ring = cells.ring();
-        auto by_tree = [](Index, Index) { return true; };
+        std::vector<Segment> segments;
         std::vector<Point> places = some_places();
         for (std::size_t i = 0; i < places.size(); ++i) {
             Point q = places[i];
@@ -165,10 +165,33 @@ class Model {
             if (far != NearestSearch(ring, &cells).ask_distance(q)) fail("another distance");
             for (Point to : {q, places[i / 2], Point{q.x + 1, q.y - 1}, Point{q.x, q.y + 9},
                              Point{q.x - 0.25, q.y + 0.125}}) {
-                Segment s(q, to);
-                if (flintknap::tell<Intersects>(cells, s.p, s.q) !=
-                    any_contact(ring, ring.root(), s, by_tree))
-                    fail("another contact");
+                segments.push_back({q, to});
+            }
+        }
+        auto meets = [&](const Segment& s) {
+            return any_contact(ring, ring.root(), s, [](Index, Index) { return true; });
+        };
+        auto is_held = [&](const Segment& s) {
+            auto leads_out = [&](Index n, Index i) { return leads_out_at(ring, n, i, s); };
+            return side(ring, s.p) >= 0 && !any_contact(ring, ring.root(), s, leads_out);
+        };
+        compare_segments<Intersects>(cells, segments, meets);
+        if (is_simple_) compare_segments<Holds>(cells, segments, is_held);
+    }
+
+    template <class Question, class Expected>
+    static void compare_segments(Cells& cells, const std::vector<Segment>& segments,
+                                 Expected expected) {
+        auto ends = [&](std::size_t i) { return std::pair(segments[i].p, segments[i].q); };
+        std::vector<bool> told_of(segments.size());
+        for (int times = 0; times < 2; ++times) {
+            tell_each<Question>(cells, segments.size(), ends,
+                                [&](std::size_t i, bool told) { told_of[i] = told; });
+            for (std::size_t i = 0; i < segments.size(); ++i) {
+                bool is_so = expected(segments[i]);
+                if (told_of[i] != is_so) fail("another contact, of many");
+                if (flintknap::tell<Question>(cells, segments[i].p, segments[i].q) != is_so)
+                    fail("another contact, of one");
             }
         }
     }

@@ -21,11 +21,13 @@
 //                \ .  object    left: of uv and vw both if the ring turns left at v, of one of
 //            u -> v  . . e      them if it turns right; or else they lead out
 //
-// A glance at the cells tells most short segments: of two ends, or of the way between them, clear
-// parts are inside and outside, or all are on one side (raster.hpp). Other contacts of a segment in
-// two cells by two are found in their leaves (cells.hpp). If it is longer, and where one is
-// crowded, from the top of the tree: a node is passed over if its box has no point in common with
-// that of the segment, or lies on one side of its line beyond all rounding. Two rings descend
+// A glance at the cells tells most short segments: of five places on it two are in clear parts on
+// different sides, or all cells about it have no leaves (raster.hpp). Of most others in two cells
+// by two, traces tell that it surely crosses an edge, or comes near none (traces.hpp); what these
+// leave open is asked exactly. If it is longer, or has not been asked about before, its contacts
+// are found in the leaves of cells (cells.hpp), or from the top of the tree: a node is passed over
+// if its box has no point in common with that of the segment, or lies on one side of its line
+// beyond all rounding. Two rings descend
 // together, the larger node first; if none of their edges meet, one object holds the other or they
 // are apart, which any one vertex tells.
 //
@@ -304,7 +306,7 @@ bool tell(Cells& cells, Point p, Point q) {
 }
 
 // The same of many, ends(i) being those of i, 0 <= i < n; answer(i, told) takes the answer. Some
-// take each step together: what it reads is fetched in the step before.
+// take each step together: what it reads is fetched in the step before. Only the last one draws.
 template <class Question, class Ends, class Answer>
 void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
     constexpr std::size_t room = 32;
@@ -312,16 +314,18 @@ void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
         Cells::Way way;
         std::size_t i;
     } some[room];
-    std::size_t untold[room];
+    std::size_t untold[room], far[room];
+    if (cells.ring().empty()) {
+        for (std::size_t i = 0; i < n; ++i) answer(i, false);
+        return;
+    }
     for (std::size_t next = 0; next < n;) {
-        std::size_t count = 0, left = 0;
-        for (; next < n && count < room; ++next) {
+        std::size_t count = 0, far_count = 0, left = 0;
+        for (; next < n && count < room && far_count < room; ++next) {
             auto [p, q] = ends(next);
             Cells::Way& way = some[count].way;
-            if (cells.ring().empty()) {
-                answer(next, false);
-            } else if (!cells.look_along(p, q, way)) {
-                answer(next, tell_closely<Question>(cells, {p, q}, nullptr));
+            if (!cells.look_along(p, q, way)) {
+                far[far_count++] = next;
             } else if (way.plain != 0) {
                 answer(next, *Question::at_a_glance(way.plain));
             } else {
@@ -340,6 +344,10 @@ void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
             const auto& [way, i] = some[untold[k]];
             auto [p, q] = ends(i);
             answer(i, tell_closely<Question>(cells, {p, q}, &way));
+        }
+        for (std::size_t k = 0; k < far_count; ++k) {
+            auto [p, q] = ends(far[k]);
+            answer(far[k], tell_closely<Question>(cells, {p, q}, nullptr));
         }
     }
 }

@@ -21,11 +21,14 @@
 // orientation tells on which side of the place the edge crosses its height, and so, in the sum,
 // what its trace does there in the end. Else nothing is told.
 //
-// A segment meets an edge in the strip only if its trace comes so near the segment.
+// A segment meets an edge in the strip only if its trace comes so near the segment; and surely does
+// if both ends of either surely lie on different sides of the other.
 //
-// Edges are told by the leaf, by its number in the list of the cell, and by the place there.
-// Invariants (check, of cells.hpp): a trace is a function of the edges that come near its strip.
-// Cost: 120 bytes a strip; a place, one line of memory, and another for one in some forty.
+// Most traces are beside a place or a segment, which whole numbers tell, sixteen at a time: a step
+// is a byte. Only the others are looked at one by one. Edges are told by the leaf, by its number in
+// the list of the cell, and by the place there. Invariants (check, of cells.hpp): a trace is a
+// function of the edges that come near its strip. Cost: 120 bytes a strip; a place, one line of
+// memory, and another for one in some forty.
 #pragma once
 
 #include <algorithm>

@@ -16,10 +16,10 @@ std::optional<int> side_one(Kernel& k, nb::handle x, nb::handle y) {
     return k.ask_cells([&](Cells& cells) { return cells.side(*q); });
 }
 
-nb::object contains_one(Kernel& k, nb::handle x, nb::handle y) {
+std::optional<bool> contains_one(Kernel& k, nb::handle x, nb::handle y) {
     std::optional<Point> q = as_place(x, y);
-    if (!q) return nb::none();
-    return k.ask_cells([&](Cells& cells) { return as_bool(cells.side(*q) >= 0); });
+    if (!q) return {};
+    return k.ask_cells([&](Cells& cells) { return cells.side(*q) >= 0; });
 }
 
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {

@@ -39,13 +39,6 @@ inline std::optional<Point> as_place(nb::handle x, nb::handle y) {
     return is_admissible(p) ? std::optional<Point>(p) : std::nullopt;
 }
 
-// True or False, without a branch: which one it is may have to come from memory, and if nothing
-// waits for that the processor goes on with the caller meanwhile.
-inline nb::object as_bool(bool yes) {
-    PyObject* const objects[] = {Py_False, Py_True};
-    return nb::borrow(objects[yes ? 1 : 0]);
-}
-
 // -0.0 and 0.0 are one place, with one hash.
 inline Point place(double x, double y) { return {x + 0.0, y + 0.0}; }
 
