@@ -80,7 +80,7 @@ class Blocks {
         root_ = static_cast<Index>(nodes_.size()) - 1;
     }
 
-    void prefetch(Index e) const { __builtin_prefetch(&seats_[at(e)]); }
+    [[gnu::always_inline]] void prefetch(Index e) const { __builtin_prefetch(&seats_[at(e)]); }
 
     template <class Archive>
     void transfer(Archive& archive) {

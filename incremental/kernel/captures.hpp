@@ -34,7 +34,9 @@ class Captures {
     bool is_inside(Index x) const { return event_of_[at(x)] == kNone; }
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
-    void prefetch_following(Index v) const { __builtin_prefetch(&following_[at(v)]); }
+    [[gnu::always_inline]] void prefetch_following(Index v) const {
+        __builtin_prefetch(&following_[at(v)]);
+    }
     Index left_inside() const { return left_inside_; }
 
     // The gates f(edge) that were taken, in order of time.
@@ -161,13 +163,13 @@ class Captures {
     }
 
     // Fetches what taking the opening will need first.
-    void prefetch(const Opening& opening) const {
+    [[gnu::always_inline]] void prefetch(const Opening& opening) const {
         __builtin_prefetch(&holder_[at(opening.apex)]);
         __builtin_prefetch(&event_of_[at(Mesh::triangle(opening.edge))]);
         t_.mesh().prefetch(opening.edge);
     }
     // And then the triangles that gates lead to behind a gate.
-    void prefetch_behind(Index edge) const {
+    [[gnu::always_inline]] void prefetch_behind(Index edge) const {
         const Mesh& m = t_.mesh();
         m.prefetch(m.twin(Mesh::next(edge)));
         m.prefetch(m.twin(Mesh::prev(edge)));

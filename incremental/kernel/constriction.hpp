@@ -228,7 +228,7 @@ class Constriction : public Rafts {
     bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
 
     // Fetches what the gates of which the i-th is next will look at.
-    void fetch_ahead(std::size_t i) const {
+    [[gnu::always_inline]] void fetch_ahead(std::size_t i) const {
         if ((i += kAhead) < queue_.size()) {
             Index o = t_.mesh().twin(queue_[i]), e = event_of_[at(Mesh::triangle(o))];
             if (e != kNone) forest_.prefetch(e);

@@ -129,7 +129,7 @@ class Forest {
     // Moves a run of events before another one, or behind all (kNone).
     void move(Index first, Index last, Index other) { timeline_.move(first, last, other); }
 
-    void prefetch(Index e) const {
+    [[gnu::always_inline]] void prefetch(Index e) const {
         __builtin_prefetch(&events_[at(e)]);
         timeline_.prefetch(e);
     }

@@ -50,7 +50,8 @@ class Grafts : public Captures {
     }
 
     // Fetches what those events will be asked for of which the i-th is next.
-    void fetch_events_ahead(const std::vector<Index>& events, std::size_t i) const {
+    [[gnu::always_inline]] void fetch_events_ahead(const std::vector<Index>& events,
+                                                   std::size_t i) const {
         const Mesh& m = t_.mesh();
         auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
         if (i + 4 * kAhead < events.size()) forest_.prefetch(events[i + 4 * kAhead]);

@@ -55,7 +55,7 @@ class Heap {
     }
 
     // Fetches the children of four nodes, from their first one on.
-    void fetch(std::size_t first) const {
+    [[gnu::always_inline]] void fetch(std::size_t first) const {
         constexpr std::size_t children = 16, line = sizeof(T) < 64 ? 64 / sizeof(T) : 1;
         if (first + children > items_.size()) return;
         for (std::size_t i = 0; i < children; i += line) __builtin_prefetch(&items_[first + i]);

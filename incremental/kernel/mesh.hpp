@@ -53,7 +53,7 @@ class Mesh {
     Index apex(Index h) const { return origin(prev(h)); }
     Index leaving(Index v) const { return leaving_[at(v)]; }
 
-    void prefetch(Index h) const { __builtin_prefetch(&edges_[at(h)]); }
+    [[gnu::always_inline]] void prefetch(Index h) const { __builtin_prefetch(&edges_[at(h)]); }
 
     // Numbers up to these are or were in use.
     Index triangles() const { return static_cast<Index>(edges_.size() / 3); }

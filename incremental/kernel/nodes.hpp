@@ -28,7 +28,9 @@ class Nodes {
 
     Node& operator[](Index n) { return nodes_[at(n)]; }
     const Node& operator[](Index n) const { return nodes_[at(n)]; }
-    void prefetch(Index n) const { __builtin_prefetch(&nodes_[at(std::max(n, 0))]); }
+    [[gnu::always_inline]] void prefetch(Index n) const {
+        __builtin_prefetch(&nodes_[at(std::max(n, 0))]);
+    }
 
     // Refined ones, and the base; vertices of each level, of which the last may have none.
     bool empty() const { return refined_ == 0; }

@@ -140,7 +140,7 @@ class Object {
     bool on_ring(Index v) const { return widening_.on_ring(v); }
     Index following(Index v) const { return widening_.following(v); }
     // Fetches what following(v) and site(v) will read.
-    void prefetch(Index v) const {
+    [[gnu::always_inline]] void prefetch(Index v) const {
         constriction_.prefetch_following(v);
         __builtin_prefetch(triangulation_.sites().data() + v);
     }
