@@ -98,8 +98,8 @@ class Blocks {
     std::string check() const {
         if (empty()) return "";
         if (node(root_).parent != kNone) return "the root of the timeline has a parent";
-        Label reached = 0;
         if (node(root_).height == 0) return check_node(root_);
+        Label reached = 0;
         for (Index n = first_in(root_, 1); n != kNone; n = node_behind(n)) {
             if (node(n).label <= reached) return "labels of the timeline do not rise";
             reached = node(n).label;

@@ -116,8 +116,7 @@ class Cells {
             return Grid::spot_at({first.parts.x + t * (last.parts.x - first.parts.x),
                                   first.parts.y + t * (last.parts.y - first.parts.y)});
         }
-        // What a glance reads. (A function that only fetches has no effect, so GCC leaves it out,
-        // if it sees it before it is inlined.)
+        // What a glance reads.
         [[gnu::always_inline]] void fetch() const {
             raster_at(first).fetch(first.y);
             raster_at(last).fetch(last.y);
