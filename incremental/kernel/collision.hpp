@@ -27,9 +27,8 @@
 // leave open is asked exactly. If it is longer, or has not been asked about before, its contacts
 // are found in the leaves of cells (cells.hpp), or from the top of the tree: a node is passed over
 // if its box has no point in common with that of the segment, or lies on one side of its line
-// beyond all rounding. Two rings descend
-// together, the larger node first; if none of their edges meet, one object holds the other or they
-// are apart, which any one vertex tells.
+// beyond all rounding. Two rings descend together, the larger node first; if none of their edges
+// meet, one object holds the other or they are apart, which any one vertex tells.
 //
 // Cost: the boxes that meet the segment; of two rings, the pairs of boxes that do.
 #pragma once

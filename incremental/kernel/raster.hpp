@@ -88,10 +88,7 @@ class Raster {
 
     void add(Point a, Point b) {
         const Slant s(a, b, kMargin);
-        trace(s, [&](int row, double from, double to) {
-            rows_[at(row)].clear &= ~span(from, to);
-            return false;
-        });
+        trace(s, [&](int row, double from, double to) { rows_[at(row)].clear &= ~span(from, to); });
         // Crossed an odd number of times: `inside` tells this for now.
         if (b.y < a.y) std::swap(a, b);
         double x = s.start + (above(a.y) + 0.5) * s.slope;
@@ -141,7 +138,6 @@ class Raster {
         trace(s, [&](int r, double from, double to) {
             bool is_touched = (span(from, to) & ~rows_[at(r)].clear) != 0;
             rows |= std::uint32_t{is_touched} << r;
-            return false;
         });
         return rows;
     }
@@ -154,8 +150,8 @@ class Raster {
         return {};
     }
 
-    // Calls f(row, from, to) for the rows in which an edge meets parts, so widened, until it
-    // returns true: span(from, to) are these parts.
+    // Calls f(row, from, to) for the rows in which an edge meets parts, so widened: span(from, to)
+    // are these parts.
     template <class F>
     static void trace(const Slant& s, F f) {
         if (s.high < 0 || s.low > kSide || s.right < 0 || s.left > kSide) return;
@@ -168,7 +164,7 @@ class Raster {
             double x = s.start + row * s.slope;
             double from = std::min(std::max(x + low, left), right);
             double to = std::max(std::min(x + high, right), left);
-            if (f(row, from, to)) return;
+            f(row, from, to);
         }
     }
     static std::uint32_t span(double from, double to) {

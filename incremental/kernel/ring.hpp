@@ -92,7 +92,7 @@ class Ring {
         double x[kRoom], y[kRoom];
         Index vertex[kRoom];
 
-        // Ahead of a look at so many edges. (GCC would leave it out before it is inlined.)
+        // Ahead of a look at so many edges.
         [[gnu::always_inline]] void fetch(Index count) const {
             for (Index i = 0; i <= count; i += 8) {
                 __builtin_prefetch(x + i);

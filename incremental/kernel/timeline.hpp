@@ -133,12 +133,10 @@ class Timeline : public Blocks<Keys> {
    private:
     using Base = Blocks<Keys>;
     using Base::admit;
-    using Base::bit;
     using Base::bits_below;
     using Base::close;
     using Base::cut_before;
     using Base::first_bit;
-    using Base::first_in;
     using Base::glue;
     using Base::halve;
     using Base::has_seat;
