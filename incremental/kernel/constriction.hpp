@@ -111,6 +111,7 @@ class Constriction : public Rafts {
         work_ = 0;
         forest_.open();
         now_ = Forest::kRoot;
+        forget_place();
         for (const std::vector<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
@@ -212,17 +213,26 @@ class Constriction : public Rafts {
         if (parent == kNone) return;
         if (!is_inside(Mesh::triangle(edge))) {
             Index e = entered_through(edge);
-            if (e != kNone && is_orphan(e) && !forest_.is_adrift(parent)) graft(e, parent);
+            if (e != kNone && is_orphan(e) && !forest_.is_adrift(parent)) {
+                forget_place();
+                graft(e, parent);
+            }
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder != kNone && has_happened(holder)) return;
         if (has_happened(parent)) {
-            open_.push(make_gate(t_, edge));
+            if (!is_before_place(holder, edge)) open_.push(make_gate(t_, edge));
         } else if (holder == kNone || !forest_.earlier(holder, parent) ||
                    forest_.is_adrift(parent)) {
             forest_.set_waiting(parent, true);
         }
+    }
+
+    // Whether an event that is to come is surely before the place of a gate that stands open now.
+    bool is_before_place(Index e, Index edge) const {
+        if (e == kNone || forest_.is_adrift(e)) return false;
+        return forest_.earlier(e, forest_.first_as_large(now_, key_floor(t_, edge)));
     }
 
     bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
@@ -250,7 +260,7 @@ class Constriction : public Rafts {
     // Does what is to be done next: the smallest gate captures, or the first that waits is settled
     // or offers its gates. False if nothing is left to do.
     bool proceed() {
-        while (!open_.empty() && !is_wanted(open_.top())) open_.pop();
+        while (!open_.empty() && !is_wanted(open_.top())) pop();
         Index e = has_raft() ? forest_.next(now_) : forest_.first_waiting();
         if (has_raft()) {
             if (starts_raft(e) && !is_orphan(e)) {
@@ -261,9 +271,9 @@ class Constriction : public Rafts {
         }
         if (!open_.empty()) {
             Gate gate = open_.top();
-            Index place = forest_.first_as_large(now_, gate);
+            Index place = place_of(gate);
             if (e == kNone || !forest_.earlier(e, place)) {
-                open_.pop();
+                pop();
                 Index holder = holder_[at(t_.mesh().apex(gate.edge))];
                 if (holder == kNone || !forest_.earlier(holder, place)) capture(gate, place);
                 return true;
@@ -286,6 +296,19 @@ class Constriction : public Rafts {
         return true;
     }
 
+    // The place of the gate that is next, which stays as long as that is next and nothing moves.
+    Index place_of(Gate gate) {
+        if (std::exchange(placed_, gate.edge) != gate.edge) {
+            place_ = forest_.first_as_large(now_, gate);
+        }
+        return place_;
+    }
+    void forget_place() { placed_ = kNone; }
+    void pop() {
+        forget_place();
+        open_.pop();
+    }
+
     bool is_wanted(Gate gate) const {
         Index holder = holder_[at(t_.mesh().apex(gate.edge))];
         return is_inside(Mesh::triangle(gate.edge)) && (holder == kNone || !has_happened(holder));
@@ -305,6 +328,7 @@ class Constriction : public Rafts {
 
     // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
     void settle(Index e) {
+        forget_place();
         Index parent = opener(forest_.edge(e));
         if (parent != kNone && has_happened(parent)) return graft(e, parent);
         if (forest_.is_adrift(e)) {
@@ -365,6 +389,7 @@ class Constriction : public Rafts {
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
     // to be offered.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
+    Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
     Index now_ = Forest::kRoot;  // the last event that has happened, as far as the repair is
     struct Smaller {
         const Triangulation& t;

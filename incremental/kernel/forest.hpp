@@ -122,6 +122,10 @@ class Forest {
             return other != g.key ? other > g.key : !less(gate(x), g);
         });
     }
+    // The first event after e whose key is as large, or kNone.
+    Index first_as_large(Index e, double key) const {
+        return timeline_.first_after(e, key, [&](Index x) { return this->key(x) >= key; });
+    }
     // The neighbours of an event in time, or kNone; and the last of all.
     Index next(Index e) const { return timeline_.next(e); }
     Index previous(Index e) const { return timeline_.previous(e); }

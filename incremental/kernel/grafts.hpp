@@ -74,17 +74,22 @@ class Grafts : public Captures {
         t_.mesh().prefetch(edge);
         __builtin_prefetch(&event_of_[at(Mesh::triangle(edge))]);
     }
+    // Whether the triangle beyond an edge is gone. Else no gate is open there; and what opens one
+    // queues it.
+    bool is_rim(Index edge) const { return !is_inside(Mesh::triangle(t_.mesh().twin(edge))); }
     void queue_gates_into(Index x) {
-        for (Index side = 0; side < 3; ++side) queue(3 * x + side);
+        for (Index side = 3 * x; side < 3 * x + 3; ++side) {
+            if (is_rim(side)) queue(side);
+        }
     }
 
-    // Gates f(edge) that lead to the vertex which a half-edge leaves, or would if they were open.
+    // Gates f(edge) that lead to the vertex which a half-edge leaves, all that are open among them.
     template <class F>
     void visit_gates_around(Index first, F&& f) const {
         const Mesh& m = t_.mesh();
         Index h = first;
         do {
-            if (is_inside(Mesh::triangle(h))) f(Mesh::next(h));
+            if (is_inside(Mesh::triangle(h)) && is_rim(Mesh::next(h))) f(Mesh::next(h));
             h = m.turn(h);
         } while (h != first);
     }
