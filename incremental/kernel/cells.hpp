@@ -14,11 +14,12 @@
 // the ends of listed leaves. So of all that is not listed a cell keeps one bit, `odd`, and of each
 // leaf whether its ends are right of C; they count once more, for what comes before and behind.
 //
-// A cell is made when it is first asked about, by a walk down the tree that opens the boxes which
-// meet C. It stays as it is while the leaves in it do: let B be a box of all that a splice took
-// away and put in its place. If B does not meet C, no place of C has changed sides, nor has (1)
-// for a listed leaf, so neither has the rest. The cells that meet B are forgotten. Cells with more
-// leaves than there is room for are left to the tree; so is what is outside.
+// A cell is made by a walk down the tree that opens the boxes which meet C: when it is asked about,
+// but for the first place of all, which the tree tells for less. It stays as it is while the leaves
+// in it do: let B be a box of all that a splice took away and put in its place. If B does not meet
+// C, no place of C has changed sides, nor has (1) for a listed leaf, so neither has the rest. The
+// cells that meet B are forgotten. Cells with more leaves than there is room for are left to the
+// tree; so is what is outside.
 //
 // A cell that is asked about again and again is drawn (raster.hpp): then most places in it are told
 // by one load, and so are most short segments; the others mostly by what is traced of the edges
@@ -34,6 +35,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -82,6 +84,10 @@ class Cells {
         }
         if (!grid_.holds(q)) return -1;
         Spot at_q = grid_.spot(q);
+        if (Index& cell_here = known_[grid_.place(at_q.column, at_q.row)]; cell_here == kNone) {
+            cell_here = kAsked;
+            return flintknap::side(ring_, q);
+        }
         Index known = made(at_q.column, at_q.row);
         if (is_drawn(known)) {
             int told = side_drawn(known, at_q, q);
@@ -247,7 +253,7 @@ class Cells {
         for (Index y = 0; y < grid_.rows(); ++y) {
             for (Index x = 0; x < grid_.columns(); ++x) {
                 Index known = known_[grid_.place(x, y)];
-                if (known == kNone) continue;
+                if (!is_made(known)) continue;
                 Cell cell;
                 make(cell, grid_.box(x, y));
                 bool is_so = is_plain(known) ? cell.count == 0 && known == side_all_over(cell)
@@ -280,10 +286,12 @@ class Cells {
     };
 
     // What is known of a cell: its drawing, or how it lies if it has no leaves, or kListed less its
-    // number; or kNone.
+    // number; or kNone, and kAsked if the tree has told of a place there.
     static constexpr Index kOutside = -2, kInside = -3, kListed = -4;
+    static constexpr Index kAsked = std::numeric_limits<Index>::min();
     static_assert(kNone == -1);
 
+    static bool is_made(Index known) { return known != kNone && known != kAsked; }
     static bool is_drawn(Index known) { return known >= 0; }
     static bool is_plain(Index known) { return known == kOutside || known == kInside; }
     Index number(Index known) const {
@@ -314,7 +322,7 @@ class Cells {
     // What is known of a cell, once it is made.
     Index made(Index column, Index row) {
         Index& known = known_[grid_.place(column, row)];
-        if (known == kNone) known = make_one(grid_.box(column, row));
+        if (!is_made(known)) known = make_one(grid_.box(column, row));
         return known;
     }
     [[gnu::noinline]] Index make_one(
@@ -491,7 +499,7 @@ class Cells {
         for (Index y = cells.low; y <= cells.high; ++y) {
             for (Index x = cells.left; x <= cells.right; ++x) {
                 Index& known = known_[grid_.place(x, y)];
-                if (known == kNone || is_plain(known)) {
+                if (!is_made(known) || is_plain(known)) {
                     known = kNone;
                     continue;
                 }
