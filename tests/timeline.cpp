@@ -55,12 +55,22 @@ class Model {
         timeline_.insert(e, event(place));
         list_.insert(list_.begin() + std::ptrdiff_t(place), e);
     }
+    // Some of those from a place on, given in no order; two are left.
     void erase() {
-        std::size_t place = random(list_.size());
-        timeline_.erase(list_[place]);
-        free_.push_back(list_[place]);
-        waits_[at(list_[place])] = false;
-        list_.erase(list_.begin() + std::ptrdiff_t(place));
+        std::size_t from = random(list_.size()), dense = 1 + random(3);
+        std::size_t most = std::min(1 + random(40), list_.size() - 2);
+        std::vector<Index> gone, left;
+        for (std::size_t i = 0; i < list_.size(); ++i) {
+            bool goes = i >= from && gone.size() < most && random(dense) == 0;
+            (goes ? gone : left).push_back(list_[i]);
+        }
+        std::shuffle(gone.begin(), gone.end(), dice_);
+        timeline_.erase(gone);
+        for (Index e : gone) {
+            free_.push_back(e);
+            waits_[at(e)] = false;
+        }
+        list_ = left;
     }
     void move(std::size_t longest) {
         std::size_t n = 1 + random(std::min(longest, list_.size() - 1));

@@ -159,14 +159,10 @@ class Forest {
     }
     bool is_dead(Index e) const { return edge(e) < kGrave; }
 
-    // Takes an event out.
-    void withdraw(Index e) {
-        timeline_.erase(e);
-        free_.push_back(e);
-    }
-    // Takes all the dead out, which are those given.
-    void release(const std::vector<Index>& dead) {
-        for (Index e : dead) withdraw(e);
+    // Takes all the dead out, which are those given, in some order.
+    void release(std::vector<Index>& dead) {
+        timeline_.erase(dead);
+        free_.insert(free_.end(), dead.begin(), dead.end());
         graves_.clear();
     }
 

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "blocks.hpp"
 
@@ -96,8 +97,21 @@ class Timeline : public Blocks<Keys> {
         put({{e}, {coarse_key(keys_.key(e))}, 1, 0}, other);
     }
 
-    // Of a tree that holds others, too.
-    void erase(Index e) { lift(e, e); }
+    // Takes events out, those of a leaf at once; puts them in some order. Not the whole tree.
+    void erase(std::vector<Index>& events) {
+        std::sort(events.begin(), events.end(),
+                  [&](Index a, Index b) { return leaf_of(a) < leaf_of(b); });
+        for (auto e = events.begin(); e != events.end();) {
+            Index n = leaf_of(*e);
+            std::uint64_t gone = 0;
+            for (; e != events.end() && leaf_of(*e) == n; ++e) {
+                gone |= std::uint64_t{1} << place_in(n, *e);
+                unseat(*e);
+            }
+            sift(n, gone);
+            tidy(n);
+        }
+    }
 
     // Moves the run of events from `first` to `last` before another one that is not in it, or
     // behind all (kNone). Not the whole tree.
@@ -216,6 +230,24 @@ class Timeline : public Blocks<Keys> {
     // Of a leaf k events, from the i-th on, which have no seats any more.
     void remove(Index n, Index i, Index k) {
         close(n, i, k);
+        tidy(n);
+    }
+    // Of a leaf some events, as bits, in one pass.
+    void sift(Index n, std::uint64_t gone) {
+        auto& x = nodes_[at(n)];
+        Index kept = first_bit(gone);
+        std::uint64_t waiting = x.waiting & bits_below(kept), stay = ~gone;
+        for (Index i = kept; i < x.count; ++i) {
+            x.items[kept] = x.items[i];
+            x.keys[kept] = x.keys[i];
+            waiting |= (x.waiting & stay) >> i << 63 >> (63 - kept);
+            kept += static_cast<Index>(stay >> i & 1);
+        }
+        x.waiting = waiting;
+        x.count = static_cast<std::int8_t>(kept);
+    }
+    // After events have left a leaf.
+    void tidy(Index n) {
         while (node(n).count == 0) {
             Index p = node(n).parent;
             close(p, node(n).place, 1);
