@@ -43,9 +43,10 @@ class Mesh {
         Index origin, twin;
     };
 
-    static Index triangle(Index h) { return h / 3; }
-    static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
-    static Index prev(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    // Of numbers that are known not to be negative: it takes less to divide those.
+    static Index triangle(Index h) { return static_cast<Index>(count(h) / 3); }
+    static Index next(Index h) { return count(h) % 3 == 2 ? h - 2 : h + 1; }
+    static Index prev(Index h) { return count(h) % 3 == 0 ? h + 2 : h - 1; }
 
     Index origin(Index h) const { return edges_[at(h)].origin; }
     Index twin(Index h) const { return edges_[at(h)].twin; }
@@ -157,6 +158,8 @@ class Mesh {
     }
 
    private:
+    static std::uint32_t count(Index h) { return static_cast<std::uint32_t>(h); }
+
     Array<HalfEdge> edges_;
     Array<Index> leaving_;
     Index free_ = kNone;
