@@ -36,7 +36,7 @@ void tell(const char* what, Point p) {
 void nothing_to_poll() {}
 
 // ---------------------------------------------------------------------------------- bytes
-struct Bytes {
+struct Feed {
     const std::uint8_t* data;
     std::size_t size, next = 0;
 
@@ -70,7 +70,7 @@ std::vector<Point> table() {
 }
 
 // Any double, or the one nearest in spirit that is admissible.
-double coordinate(Bytes& bytes) {
+double coordinate(Feed& bytes) {
     std::uint64_t bits = 0;
     for (int n = 0; n < 8; ++n) bits = bits << 8 | bytes.byte();
     double v;
@@ -80,7 +80,7 @@ double coordinate(Bytes& bytes) {
     return size < 1e-60 ? 0 : std::copysign(1.0, v);
 }
 
-Point place(Bytes& bytes) {
+Point place(Feed& bytes) {
     static const std::vector<Point> places = table();
     std::size_t n = bytes.byte();
     if (n < places.size()) return places[n];
@@ -296,6 +296,7 @@ class Bare {
     bool on_ring(Index v) const { return c_->on_ring(v); }
     Index following(Index v) const { return c_->following(v); }
     Point site(Index v) const { return t_->site(v); }
+    void prefetch(Index) const {}
 
     const Model& model() const { return model_; }
     const Triangulation& triangulation() const { return *t_; }
@@ -315,7 +316,7 @@ class Bare {
 
 // ---------------------------------------------------------------------------------- operations
 template <class Subject>
-Point one_of(const Subject& subject, Bytes& bytes) {
+Point one_of(const Subject& subject, Feed& bytes) {
     auto at = subject.model().begin();
     std::advance(at, bytes.byte() % subject.model().size());
     return at->first;
@@ -334,7 +335,7 @@ void compare(Subject& subject) {
 }
 
 template <class Subject>
-void run(Bytes bytes) {
+void run(Feed bytes) {
     Subject subject;
     while (!bytes.empty()) {
         std::size_t operation = bytes.byte() % 16;
@@ -383,7 +384,7 @@ void run(Bytes bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    Bytes bytes{data, size};
+    Feed bytes{data, size};
     if (bytes.byte() % 2 == 0) {
         run<Whole>(bytes);
     } else {
