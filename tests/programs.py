@@ -18,11 +18,18 @@ needs_a_compiler = pytest.mark.skipif(
 )
 
 
+FLAGS = ["-std=c++17", "-ffp-contract=off", "-I", str(TESTS.parent / "incremental" / "kernel")]
+
+
+def compiles(source: str) -> None:
+    """Assert that a file of this folder is correct C++."""
+    subprocess.run([*COMPILER, *FLAGS, "-fsyntax-only", str(TESTS / source)], check=True)
+
+
 def passes(source: str, folder: Path, *arguments: str, is_watched: bool = False) -> None:
     """Assert that a program of this folder, built in `folder`, ends well; maybe with sanitizers."""
     program = folder / Path(source).stem
-    flags = ["-std=c++17", "-O1", "-ffp-contract=off", "-D_GLIBCXX_ASSERTIONS"]
-    flags += ["-I", str(TESTS.parent / "incremental" / "kernel")]
+    flags = [*FLAGS, "-O1", "-D_GLIBCXX_ASSERTIONS"]
     if is_watched:
         flags += ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     subprocess.run([*COMPILER, *flags, str(TESTS / source), "-o", str(program)], check=True)

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flintknap as fk
+import programs
 import strategies
 from flintknap import reference
 
@@ -399,3 +400,9 @@ def test_one_of_high_degree_comes_and_goes():
         settled(engine)
         engine.remove(hub)
         settled(engine)
+
+
+@programs.needs_a_compiler
+def test_the_fuzz_target_is_up_to_date():
+    """It runs for as long as one likes, so nobody runs it with the tests; but it compiles."""
+    programs.compiles("fuzz/object.cpp")
