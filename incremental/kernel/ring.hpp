@@ -113,6 +113,9 @@ class Ring {
     bool holds(Index v) const { return leaf_of(v) != kNone; }
     // The leaf with a vertex, or kNone; and the place of a vertex in its leaf.
     Index leaf_of(Index v) const { return at(v) < leaf_of_.size() ? leaf_of_[at(v)] : kNone; }
+    [[gnu::always_inline]] void prefetch(Index v) const {
+        if (at(v) < leaf_of_.size()) __builtin_prefetch(&leaf_of_[at(v)]);
+    }
     Index place_in(Index n, Index v) const {
         const Index* first = leaf(n).vertex;
         return static_cast<Index>(std::find(first, first + node(n).count, v) - first);

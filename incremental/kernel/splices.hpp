@@ -132,7 +132,10 @@ class Splices {
         ring.make_slots(at(source.slots()));
         is_loose_.resize(ring.nodes(), 0);
         loose_.clear();
-        for (Index v : touched_) loosen_around(ring, source, v);
+        for (std::size_t i = 0; i < touched_.size(); ++i) {
+            fetch_ahead(ring, source, i);
+            loosen_around(ring, source, touched_[i]);
+        }
         if (loose_.empty()) return true;
         if (!walk_all(ring, source)) return false;
         for (Index n : loose_) is_loose_[at(n)] = 0;
@@ -151,6 +154,24 @@ class Splices {
         if (is_loose(leaf)) return;
         loose_.push_back(leaf);
         is_loose_[at(leaf)] = 1;
+    }
+
+    // Fetches what will be asked for around those touched of which the i-th is next.
+    template <class Source>
+    [[gnu::always_inline]] void fetch_ahead(const Ring& ring, const Source& source,
+                                            std::size_t i) const {
+        constexpr std::size_t ahead = 4;
+        if (i + 3 * ahead < touched_.size()) {
+            ring.prefetch(touched_[i + 3 * ahead]);
+            source.prefetch(touched_[i + 3 * ahead]);
+        }
+        auto leaf_of = [&](std::size_t k) {
+            return k < touched_.size() ? ring.leaf_of(touched_[k]) : kNone;
+        };
+        if (Index n = leaf_of(i + 2 * ahead); n != kNone) __builtin_prefetch(&ring.node(n));
+        if (Index n = leaf_of(i + ahead); n != kNone) {
+            ring.leaf(n).fetch(ring.node(n).count);
+        }
     }
 
     template <class Source>
