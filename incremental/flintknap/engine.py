@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Literal, overload
 import numpy as np
 
 from flintknap import gamma, inputs, smooth
-from flintknap._kernel import Kernel
+from flintknap._kernel import Kernel, quick
 from flintknap.boundary import Boundary
 from flintknap.changes import Changes
 from flintknap.errors import InputError, InvariantError
@@ -75,6 +75,7 @@ class Engine(Queries):
     def insert(self, x: float, y: float) -> int: ...
     @overload
     def insert(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]: ...
+    @quick
     def insert(self, x: ArrayLike, y: ArrayLike | None = None) -> int | NDArray[np.int64]:
         """Add points and return their ids.
 
@@ -85,15 +86,9 @@ class Engine(Queries):
 
         Raises InputError naming the first row at fault; then no point of the call was added.
         """
-        if isinstance(x, float) and isinstance(y, float):
-            point = self._kernel.insert(x, y)
-            if point < 0:
-                inputs.scalar(x, "x"), inputs.scalar(y, "y")  # one of them raises
-            return point
         xs, ys = inputs.pairs(x, y)
-        if xs.ndim == 0:
-            return self._kernel.insert(float(xs), float(ys))
-        return self._kernel.insert_many(xs.ravel(), ys.ravel()).reshape(xs.shape)
+        ids = self._kernel.insert_many(xs.ravel(), ys.ravel())
+        return int(ids[0]) if xs.ndim == 0 else ids.reshape(xs.shape)
 
     def remove(self, ids: ArrayLike) -> None:
         """Take points away: one id, or an array of them.

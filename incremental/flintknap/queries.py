@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from flintknap import inputs
+from flintknap._kernel import quick
 from flintknap.collision import Bounds, Crossings, Hit, Nearest, shaped
 from flintknap.errors import InputError
 
@@ -51,6 +52,7 @@ class Queries:
         level: int | None = None,
         tolerance: float | None = None,
     ) -> int | NDArray[np.int8]: ...
+    @quick
     def side(
         self,
         x: ArrayLike,
@@ -76,20 +78,19 @@ class Queries:
         if level is not None or tolerance is not None:
             cut = inputs.cut(level, tolerance)
             return _of_places(self._kernel.side_at, x, y, int, *cut)
-        told = self._kernel.side(x, y)  # of two floats
-        return _of_places(self._kernel.side_many, x, y, int) if told is None else told
+        return _of_places(self._kernel.side_many, x, y, int)
 
     @overload
     def contains(self, x: float, y: float) -> bool: ...
     @overload
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]: ...
+    @quick
     def contains(self, x: ArrayLike, y: ArrayLike | None = None) -> bool | NDArray[np.bool_]:
         """Tell which places belong to the closed object: side(x, y) >= 0.
 
         A bool for two numbers, else bool of the common shape. Cost and errors as of side.
         """
-        told = self._kernel.contains(x, y)  # of two floats
-        return self.side(x, y) >= 0 if told is None else told
+        return self.side(x, y) >= 0
 
     @overload
     def distance(self, x: float, y: float) -> float: ...
@@ -99,6 +100,7 @@ class Queries:
     def distance(self, x: ArrayLike, y: ArrayLike | None = None, *, level: int) -> Bounds: ...
     @overload
     def distance(self, x: ArrayLike, y: ArrayLike | None = None, *, tolerance: float) -> Bounds: ...
+    @quick
     def distance(
         self,
         x: ArrayLike,
@@ -121,8 +123,7 @@ class Queries:
             cut = inputs.cut(level, tolerance)
             found = self._kernel.distance_at(xs.reshape(-1), ys.reshape(-1), *cut)
             return Bounds(*shaped(found, xs.shape))
-        told = self._kernel.distance(x, y)  # of two floats
-        return _of_places(self._kernel.distance_many, x, y, float) if told is None else told
+        return _of_places(self._kernel.distance_many, x, y, float)
 
     def nearest(self, x: ArrayLike, y: ArrayLike | None = None) -> Nearest:
         """Return the nearest points of the boundary, their distances and edges.
@@ -150,6 +151,7 @@ class Queries:
     def intersects(
         self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, tolerance: float
     ) -> int | NDArray[np.int8]: ...
+    @quick
     def intersects(
         self,
         x0: ArrayLike,
@@ -171,10 +173,6 @@ class Queries:
         Raises InputError naming the first row at fault, or for a bad level or tolerance.
         """
         kernel = self._kernel
-        if level is None and tolerance is None:
-            told = kernel.intersects(x0, y0, x1, y1)  # of four floats
-            if told is not None:
-                return told
         ends = (x0, y0, x1, y1)
         return _of_segments(kernel.intersects_many, kernel.intersects_at, ends, level, tolerance)
 
@@ -192,6 +190,7 @@ class Queries:
     def contains_segment(
         self, x0: ArrayLike, y0: ArrayLike, x1: ArrayLike, y1: ArrayLike, *, tolerance: float
     ) -> int | NDArray[np.int8]: ...
+    @quick
     def contains_segment(
         self,
         x0: ArrayLike,
@@ -207,10 +206,6 @@ class Queries:
         Exact. Arguments, cost and errors as of intersects, with a level or a tolerance as well.
         """
         kernel = self._kernel
-        if level is None and tolerance is None:
-            told = kernel.holds(x0, y0, x1, y1)  # of four floats
-            if told is not None:
-                return told
         ends = (x0, y0, x1, y1)
         return _of_segments(kernel.holds_many, kernel.holds_at, ends, level, tolerance)
 

@@ -9,19 +9,6 @@ double d_min(Kernel& k) {
     return k.object().widening().limit().d;
 }
 
-// Of a place, or None if it is none.
-std::optional<int> side_one(Kernel& k, nb::handle x, nb::handle y) {
-    std::optional<Point> q = as_place(x, y);
-    if (!q) return {};
-    return k.ask_cells([&](Cells& cells) { return cells.side(*q); });
-}
-
-std::optional<bool> contains_one(Kernel& k, nb::handle x, nb::handle y) {
-    std::optional<Point> q = as_place(x, y);
-    if (!q) return {};
-    return k.ask_cells([&](Cells& cells) { return cells.side(*q) >= 0; });
-}
-
 auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {
     std::vector<std::int8_t> answers(x.shape(0));
     auto turn = k.with_ring();
@@ -39,10 +26,7 @@ auto side_many(Kernel& k, DoubleArray x, DoubleArray y) {
 
 void bind_boundary(KernelClass& kernel) {
     using namespace nb::literals;
-    kernel.def("d_min", d_min)
-        .def("side", side_one, "x"_a.none(), "y"_a.none())
-        .def("contains", contains_one, "x"_a.none(), "y"_a.none())
-        .def("side_many", side_many, "x"_a, "y"_a);
+    kernel.def("d_min", d_min).def("side_many", side_many, "x"_a, "y"_a);
 }
 
 }  // namespace flintknap

@@ -51,14 +51,6 @@ void search_nearest(Object& object, DoubleArray x, DoubleArray y, Ask ask) {
     });
 }
 
-// Of a place, or None if it is none.
-std::optional<double> distance_one(Kernel& k, nb::handle x, nb::handle y) {
-    std::optional<Point> q = as_place(x, y);
-    if (!q) return {};
-    auto turn = k.with_ring();
-    return NearestSearch(k.object().ring(), &k.object().cells()).ask_distance(*q);
-}
-
 auto distance_many(Kernel& k, DoubleArray x, DoubleArray y) {
     std::vector<double> far(x.shape(0));
     auto turn = k.with_ring();
@@ -94,15 +86,7 @@ auto nearest(Kernel& k, DoubleArray x, DoubleArray y) {
                           to_numpy(std::move(ends.stop)));
 }
 
-// Whether a segment meets the boundary, or is held by the object; None if it is none.
-template <class Question>
-std::optional<bool> segment_one(Kernel& k, nb::handle x0, nb::handle y0, nb::handle x1,
-                                nb::handle y1) {
-    std::optional<Point> p = as_place(x0, y0), q = as_place(x1, y1);
-    if (!p || !q) return {};
-    return k.ask_cells([&](Cells& cells) { return tell<Question>(cells, *p, *q); });
-}
-
+// Whether segments meet the boundary, or are held by the object.
 template <class Question>
 auto segment_many(Kernel& k, DoubleArray x0, DoubleArray y0, DoubleArray x1, DoubleArray y1) {
     std::vector<std::uint8_t> answers(x0.shape(0));
@@ -177,14 +161,9 @@ bool is_clear(Kernel& a, Kernel& b, double at_least) {
 
 void bind_collision(KernelClass& kernel) {
     using namespace nb::literals;
-    kernel.def("distance", distance_one, "x"_a.none(), "y"_a.none())
-        .def("distance_many", distance_many, "x"_a, "y"_a)
+    kernel.def("distance_many", distance_many, "x"_a, "y"_a)
         .def("nearest", nearest, "x"_a, "y"_a)
-        .def("intersects", segment_one<Intersects>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
-             "y1"_a.none())
         .def("intersects_many", segment_many<Intersects>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
-        .def("holds", segment_one<Holds>, "x0"_a.none(), "y0"_a.none(), "x1"_a.none(),
-             "y1"_a.none())
         .def("holds_many", segment_many<Holds>, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("first_hit", first_hit, "x0"_a, "y0"_a, "x1"_a, "y1"_a)
         .def("crossings", crossings, "x0"_a, "y0"_a, "x1"_a, "y1"_a)

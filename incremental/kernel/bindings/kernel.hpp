@@ -84,14 +84,14 @@ class Kernel {
         return turn;
     }
 
-    // Asks the cells of the ring in this object's turn, which costs no lock if there is nothing to
+    // Asks the object, its ring included, in its turn, which costs no lock if there is nothing to
     // wait for or to do: nobody else can take it before the GIL is let go, and `ask` keeps that. A
     // lock waits for all that was read before it, so the next call could not begin meanwhile.
     template <class Ask>
-    auto ask_cells(Ask ask) {
-        if (!is_taken_ && object_->is_ring_fresh()) return ask(object_->cells());
+    auto ask(Ask ask) {
+        if (!is_taken_ && object_->is_ring_fresh()) return ask(*object_);
         Turn turn = with_ring();
-        return ask(object_->cells());
+        return ask(*object_);
     }
 
     // The same, with the ring as results hold it instead.
@@ -167,6 +167,7 @@ void bind_collision(KernelClass& kernel);
 void bind_bounds(KernelClass& kernel);
 void bind_scene(nb::module_& module);
 void bind_outline(nb::module_& module, KernelClass& kernel);
+void bind_quick(nb::module_& module);
 void bind_smooth(nb::module_& module, KernelClass& kernel);
 void bind_whole(KernelClass& kernel);
 

@@ -66,4 +66,5 @@ NB_MODULE(_kernel, m) {
     bind_smooth(m, kernel);
     bind_whole(kernel);
     bind_scene(m);
+    bind_quick(m);
 }

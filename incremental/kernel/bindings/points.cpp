@@ -7,13 +7,6 @@
 namespace flintknap {
 namespace {
 
-// The id of the point, or -1 if it is not admissible.
-std::int64_t insert(Kernel& k, double x, double y) {
-    if (!is_admissible({x, y})) return -1;
-    auto turn = k.take_turn();
-    return k.object().insert(place(x, y));
-}
-
 auto insert_many(Kernel& k, DoubleArray x, DoubleArray y) {
     std::vector<std::int64_t> ids(x.shape(0));
     auto turn = k.take_turn();
@@ -144,8 +137,7 @@ auto multiplicity(Kernel& k, IdArray ids) {
 
 void bind_points(KernelClass& kernel) {
     using namespace nb::literals;
-    kernel.def("insert", insert, "x"_a, "y"_a)
-        .def("insert_many", insert_many, "x"_a, "y"_a)
+    kernel.def("insert_many", insert_many, "x"_a, "y"_a)
         .def("remove", remove, "point_id"_a)
         .def("remove_many", remove_many, "ids"_a)
         .def("move", move, "point_id"_a, "x"_a, "y"_a)
