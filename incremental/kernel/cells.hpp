@@ -105,7 +105,7 @@ class Cells {
     struct Way {
         Spot first, last;
         const Raster* rasters[4];  // until something is drawn
-        unsigned plain;            // how all cells lie, as bits of Raster, if none has leaves
+        Raster::Sides plain;       // how all cells lie, if none has leaves
 
         static std::size_t slot(Index column, Index row) {
             return at((column & 1) + 2 * (row & 1));
@@ -113,9 +113,11 @@ class Cells {
         const Raster& raster_at(const Spot& spot) const {
             return *rasters[slot(spot.column, spot.row)];
         }
-        bool is_in_one_cell() const { return first.column == last.column && first.row == last.row; }
+        bool is_in_one_cell() const {
+            return (first.column == last.column) & (first.row == last.row);
+        }
         bool is_in_one_part() const {
-            return is_in_one_cell() && first.x == last.x && first.y == last.y;
+            return is_in_one_cell() & (first.x == last.x) & (first.y == last.y);
         }
         // Between the ends.
         Spot spot(double t) const {
@@ -139,8 +141,8 @@ class Cells {
         if (wide * wide > 1 || high * high > 1) return false;
         Index one = made(first.column, first.row), other = made(last.column, last.row);
         Index third = made(first.column, last.row), fourth = made(last.column, first.row);
-        bool is_one = is_plain(one) && one == other && one == third && one == fourth;
-        way.plain = is_one ? kind(one) : 0;
+        bool is_one = is_plain(one) & (one == other) & (one == third) & (one == fourth);
+        way.plain = !is_one ? 0 : one == kInside ? Raster::kInside : Raster::kOutside;
         if (is_one) return true;
         way.rasters[Way::slot(first.column, first.row)] = &raster_of(one);
         way.rasters[Way::slot(last.column, last.row)] = &raster_of(other);
@@ -149,15 +151,14 @@ class Cells {
         return true;
     }
 
-    // On which sides some places of a segment lie, as bits of Raster; and kEdges, if edges may be
-    // near others.
-    static unsigned glance(const Way& way) {
-        auto kind_at = [&](const Spot& spot) { return way.raster_at(spot).kind(spot.x, spot.y); };
-        unsigned seen = kind_at(way.first) | kind_at(way.last);
-        if (way.is_in_one_part()) return seen == 0 ? Raster::kEdges : seen;
-        // No branches: they could not be foreseen.
-        for (double t : {0.25, 0.5, 0.75}) seen |= kind_at(way.spot(t));
-        return seen | Raster::kEdges;
+    // On which sides some places of a segment lie; and kEdges, if edges may be near others.
+    static Raster::Sides glance(const Way& way) {
+        auto sides_of = [&](const Spot& s) { return way.raster_at(s).sides_of(s.x, s.y); };
+        Raster::Sides seen = sides_of(way.first) | sides_of(way.last);
+        for (double t : {0.25, 0.5, 0.75}) seen |= sides_of(way.spot(t));
+        seen &= Raster::kSides;
+        bool is_all = way.is_in_one_part() & (seen != 0);
+        return seen | (is_all ? 0 : Raster::kEdges);
     }
 
     // What is asked next of a segment that a glance does not tell.
@@ -300,8 +301,8 @@ class Cells {
     const Cell& cell_of(Index known) const { return cells_[at(number(known))]; }
 
     // Of cells that are not drawn: outside, inside, with leaves.
-    inline static const Raster kPlain[] = {Raster::all(false), Raster::all(true),
-                                           Raster::unknown()};
+    inline static const Raster kPlain[] = {Raster::all(Raster::kOutside),
+                                           Raster::all(Raster::kInside), Raster::all(0)};
     const Raster& raster_of(Index known) const {
         return is_drawn(known) ? drawings_[at(known)].raster
                                : kPlain[kOutside - std::max(known, kListed)];
@@ -346,10 +347,12 @@ class Cells {
 
     static Index side_all_over(const Cell& cell) { return cell.odd != 0 ? kInside : kOutside; }
 
-    // One that is asked about again and again is drawn; or at once, if all others nearly are.
     void note_question(Index column, Index row) {
         Index& known = known_[grid_.place(column, row)];
-        if (is_drawn(known) || is_plain(known)) return;
+        if (!is_drawn(known) && !is_plain(known)) draw_if_due(known, column, row);
+    }
+    // One that is asked about again and again is drawn; or at once, if all others nearly are.
+    [[gnu::noinline]] void draw_if_due(Index& known, Index column, Index row) {
         Cell& cell = cells_[at(number(known))];
         if (cell.is_crowded()) return;
         ++questions_;
@@ -387,12 +390,6 @@ class Cells {
         });
     }
 
-    // The same as bits of Raster.
-    static unsigned kind(Index known) {
-        return known == kInside    ? Raster::kInside
-               : known == kOutside ? Raster::kOutside
-                                   : Raster::kEdges;
-    }
     void draw(const Cell& cell, Drawing& drawing, Origin& origin, Index column, Index row) const {
         drawing.clear();
         const Box around = grid_.box(column, row);

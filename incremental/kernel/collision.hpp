@@ -165,12 +165,13 @@ bool any_contact(Cells& cells, const Segment& s, F&& f) {
     return is_all ? found : any_contact(ring, ring.root(), s, f);
 }
 
-// Whether a segment meets the boundary.
+// Whether a segment meets the boundary. What has been seen tells, or not, without a branch: it
+// could not be foreseen.
 struct Intersects {
-    static std::optional<bool> at_a_glance(unsigned seen) {
-        if (Raster::are_both(seen)) return true;
-        return (seen & Raster::kEdges) == 0 ? std::optional<bool>(false) : std::nullopt;
+    static bool is_told(Raster::Sides seen) {
+        return Raster::are_both(seen) | ((seen & Raster::kEdges) == 0);
     }
+    static bool told(Raster::Sides seen) { return Raster::are_both(seen); }
     static bool counts(const Ring&, Index, Index, const Segment&) { return true; }
     static bool answer(Cells&, Point, bool is_any) { return is_any; }
 };
@@ -270,10 +271,10 @@ inline bool leads_out_at(const Ring& ring, Index n, Index place, const Segment& 
 
 // Whether a segment lies in the closed object.
 struct Holds {
-    static std::optional<bool> at_a_glance(unsigned seen) {
-        if ((seen & Raster::kOutside) != 0) return false;
-        return seen == Raster::kInside ? std::optional<bool>(true) : std::nullopt;
+    static bool is_told(Raster::Sides seen) {
+        return ((seen & Raster::kOutside) != 0) | told(seen);
     }
+    static bool told(Raster::Sides seen) { return seen == Raster::kInside; }
     static bool counts(const Ring& ring, Index n, Index place, const Segment& s) {
         return leads_out_at(ring, n, place, s);
     }
@@ -300,8 +301,9 @@ bool tell(Cells& cells, Point p, Point q) {
     if (cells.ring().empty()) return false;
     Cells::Way way;
     if (!cells.look_along(p, q, way)) return tell_closely<Question>(cells, {p, q}, nullptr);
-    auto told = Question::at_a_glance(way.plain != 0 ? way.plain : Cells::glance(way));
-    return told ? *told : tell_closely<Question>(cells, {p, q}, &way);
+    Raster::Sides seen = way.plain != 0 ? way.plain : Cells::glance(way);
+    return Question::is_told(seen) ? Question::told(seen)
+                                   : tell_closely<Question>(cells, {p, q}, &way);
 }
 
 // The same of many, ends(i) being those of i, 0 <= i < n; answer(i, told) takes the answer. Some
@@ -326,17 +328,17 @@ void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
             if (!cells.look_along(p, q, way)) {
                 far[far_count++] = next;
             } else if (way.plain != 0) {
-                answer(next, *Question::at_a_glance(way.plain));
+                answer(next, Question::told(way.plain));
             } else {
                 way.fetch();
                 some[count++].i = next;
             }
         }
-        for (std::size_t k = 0; k < count; ++k) {  // no branches: they could not be foreseen
-            auto told = Question::at_a_glance(Cells::glance(some[k].way));
-            answer(some[k].i, told.value_or(false));
+        for (std::size_t k = 0; k < count; ++k) {
+            Raster::Sides seen = Cells::glance(some[k].way);
+            answer(some[k].i, Question::told(seen));
             untold[left] = k;
-            left += !told;
+            left += !Question::is_told(seen);
         }
         for (std::size_t k = 0; k < left; ++k) cells.fetch_traces(some[untold[k]].way);
         for (std::size_t k = 0; k < left; ++k) {

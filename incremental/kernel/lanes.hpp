@@ -5,6 +5,10 @@
 // computes what the scalar would, bit for bit.
 #pragma once
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,6 +29,15 @@ inline Lanes load(const double* two) {
 
 inline Lanes chosen(Masks where, Lanes yes, Lanes no) {
     return Lanes((where & Masks(yes)) | (~where & Masks(no)));
+}
+
+// Masks as bits 0 and 1.
+inline unsigned bits(Masks where) {
+#if defined(__SSE2__)
+    return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(where)));
+#else
+    return static_cast<unsigned>((where[0] & 1) | (where[1] & 2));
+#endif
 }
 
 inline Lanes magnitudes(Lanes v) { return Lanes(Masks(v) & Masks{INT64_MAX, INT64_MAX}); }
@@ -63,15 +76,26 @@ inline Bytes load_bytes(const std::uint8_t* first) {
     return v;
 }
 
-inline Bytes smaller(Bytes a, Bytes b) { return a < b ? a : b; }
-inline Bytes larger(Bytes a, Bytes b) { return a > b ? a : b; }
+// By value: of std::min and std::max, compilers make branches where they are given names.
+template <class T>
+T smaller(T a, T b) {
+    return a < b ? a : b;
+}
+template <class T>
+T larger(T a, T b) {
+    return a > b ? a : b;
+}
 
 inline std::uint32_t bits(ByteMasks where) {
+#if defined(__SSE2__)
+    return static_cast<std::uint32_t>(_mm_movemask_epi8(reinterpret_cast<__m128i>(where)));
+#else
     using Halves = std::uint64_t __attribute__((vector_size(16)));
     constexpr std::uint64_t ones = ~std::uint64_t{0} / 255;  // a product sums all bytes at the top
     constexpr std::int8_t top = -128;
     Halves h = Halves(where & ByteMasks{1, 2, 4, 8, 16, 32, 64, top, 1, 2, 4, 8, 16, 32, 64, top});
     return static_cast<std::uint32_t>(h[0] * ones >> 56 | h[1] * ones >> 56 << 8);
+#endif
 }
 
 // The place of the lowest bit that is set.

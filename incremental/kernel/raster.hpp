@@ -52,91 +52,97 @@ class Raster {
 
     // The column or row of a place in the square.
     static int part(double v) { return static_cast<int>(std::max(0.0, std::min(v, kSide - 1.0))); }
+    static Lanes cut(Lanes v) { return larger(both(0), smaller(v, both(kSide - 1))); }
 
     // +1 inside, -1 outside, 0 where edges are near.
     int side(int column, int r) const {
-        const Row& row = rows_[at(r)];
-        int is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
-        return 2 * is_inside - is_clear;
+        Sides sides = sides_of(column, r);
+        return static_cast<int>(sides & kInside) - static_cast<int>(sides >> 32 & kInside);
     }
 
-    // The same as bits, if it is clear.
-    static constexpr unsigned kInside = 1, kOutside = 2, kEdges = 4;
-    unsigned kind(int column, int r) const {
-        const Row& row = rows_[at(r)];
-        unsigned is_clear = row.clear >> column & 1, is_inside = row.inside >> column & 1;
-        return is_clear << (is_inside ^ 1);
-    }
+    // What lies where, as bits: nothing inside and outside where edges are near.
+    using Sides = std::uint64_t;
+    static constexpr Sides kInside = 1, kOutside = kInside << 32, kSides = kInside | kOutside;
+    static constexpr Sides kEdges = 2;  // may be near
+    // Those of a part; other bits than these two are of others.
+    Sides sides_of(int column, int row) const { return rows_[at(row)] >> column; }
 
     [[gnu::always_inline]] void fetch(int row) const { __builtin_prefetch(&rows_[at(row)]); }
 
     // ---------------------------------------------------------------- to draw it
     // First clear, then all edges that may come near, then settle.
-    void clear() { rows_.fill({~0U, 0}); }
-    // All of it lies on one side.
-    static Raster all(bool is_inside) {
+    void clear() { rows_.fill(kAll * kOutside); }
+    // All of it lies on one side, or neither.
+    static Raster all(Sides side) {
         Raster raster;
-        raster.rows_.fill({~0U, is_inside ? ~0U : 0U});
-        return raster;
-    }
-    // Nothing is clear.
-    static Raster unknown() {
-        Raster raster;
-        raster.rows_.fill({0, 0});
+        raster.rows_.fill(kAll * side);
         return raster;
     }
 
     void add(Point a, Point b) {
         const Slant s(a, b, kMargin);
-        trace(s, [&](int row, double from, double to) { rows_[at(row)].clear &= ~span(from, to); });
-        // Crossed an odd number of times: `inside` tells this for now.
+        trace(s, [&](int row, double from, double to) {
+            rows_[at(row)] &= ~(span(from, to) * kOutside);
+        });
+        // Crossed an odd number of times: what is inside tells this for now, as what is outside
+        // tells what is clear.
         if (b.y < a.y) std::swap(a, b);
         double x = s.start + (above(a.y) + 0.5) * s.slope;
         for (int row = above(a.y), end = above(b.y); row < end; ++row, x += s.slope) {
-            rows_[at(row)].inside ^= static_cast<std::uint32_t>(std::uint64_t{1} << bit(x) >> 1);
+            rows_[at(row)] ^= kInside << bit(x) >> 1 & kAll;
         }
     }
 
     // side(column, row) of a clear part; 0 if that cannot be told, and then its row is not clear.
     template <class Side>
     void settle(Side side) {
-        Row below = {0, 0};
+        Sides below = 0;
         for (int r = 0; r < kSide; ++r) {
-            Row& row = rows_[at(r)];
-            std::uint32_t odd = row.inside << 1;  // crossings left of each part
+            Sides& row = rows_[at(r)];
+            auto clear = static_cast<std::uint32_t>(row >> 32);
+            auto odd = static_cast<std::uint32_t>(row << 1);  // crossings left of each part
             for (int step = 1; step < kSide; step *= 2) odd ^= odd << step;
-            if (row.clear != 0) {
-                std::uint32_t both = row.clear & below.clear;
-                int column = lowest(both != 0 ? both : row.clear);
-                bool is_inside = below.inside >> column & 1;
+            if (clear != 0) {
+                std::uint32_t both = clear & clear_of(below);
+                int column = lowest(both != 0 ? both : clear);
+                bool is_inside = (below >> column & kInside) != 0;
                 if (both == 0) {
                     int told = side(column, r);
-                    if (told == 0) row.clear = 0;
+                    if (told == 0) clear = 0;
                     is_inside = told > 0;
                 }
                 if (is_inside != static_cast<bool>(odd >> column & 1)) odd = ~odd;
             }
-            row.inside = odd & row.clear;
-            below = row;
+            row = below = (odd & clear) * kInside | (~odd & clear) * kOutside;
         }
     }
 
     // ---------------------------------------------------------------- segments
     // What a segment comes by, as bits.
-    static bool are_both(unsigned seen) { return (seen & 3) == 3; }
+    static bool are_both(Sides seen) { return (seen & kSides) == kSides; }
 
-    // Whether no edge comes near some columns, as bits, in any of some rows.
-    bool is_clear(std::uint32_t columns, int low, int high) const {
-        std::uint32_t clear = columns;
-        for (int r = low; r <= high; ++r) clear &= rows_[at(r)].clear;
-        return clear == columns;
+    // Columns or rows from one to another, as bits.
+    static std::uint32_t parts(int first, int last) {
+        return ~0U >> (kSide - 1 - last) & ~0U << first;
+    }
+
+    // Whether no edge comes near some columns in any of those rows that are among `count` from a
+    // first one on. All of them are looked at: how many matter could not be foreseen.
+    template <int count>
+    bool is_clear(std::uint32_t columns, std::uint32_t rows, int first) const {
+        Sides near = 0;
+        for (int r = first; r < first + count; ++r) {
+            const Sides row = rows_[at(r)];
+            near |= ~(row | row >> 32) & (Sides{0} - (rows >> r & 1));
+        }
+        return (near & columns) == 0;
     }
 
     // Rows, as bits, in which it meets parts that are not clear.
     std::uint32_t touched(const Slant& s) const {
         std::uint32_t rows = 0;
         trace(s, [&](int r, double from, double to) {
-            bool is_touched = (span(from, to) & ~rows_[at(r)].clear) != 0;
+            bool is_touched = (span(from, to) & ~clear_of(rows_[at(r)])) != 0;
             rows |= std::uint32_t{is_touched} << r;
         });
         return rows;
@@ -145,7 +151,8 @@ class Raster {
     // Column and row of some part that is clear, of some rows.
     std::optional<std::pair<int, int>> clear_part(int first, int end) const {
         for (int r = first; r < end; ++r) {
-            if (rows_[at(r)].clear != 0) return std::pair(lowest(rows_[at(r)].clear), r);
+            std::uint32_t clear = clear_of(rows_[at(r)]);
+            if (clear != 0) return std::pair(lowest(clear), r);
         }
         return {};
     }
@@ -176,10 +183,9 @@ class Raster {
     bool operator==(const Raster& other) const { return rows_ == other.rows_; }
 
    private:
-    struct Row {
-        std::uint32_t clear, inside;  // by column, as bits; of parts that are not clear, 0
-        bool operator==(const Row& o) const { return clear == o.clear && inside == o.inside; }
-    };
+    static constexpr Sides kAll = ~std::uint32_t{0};  // columns
+
+    static std::uint32_t clear_of(Sides row) { return static_cast<std::uint32_t>(row | row >> 32); }
 
     // The first row whose middle is above a height.
     static int above(double y) {
@@ -191,7 +197,8 @@ class Raster {
         return static_cast<int>(std::max(-1.0, std::min(x, kSide + 0.0)) + 1);
     }
 
-    alignas(64) std::array<Row, kSide> rows_;
+    // By column, as bits: what is clear and inside; from bit 32 on, what is clear and outside.
+    alignas(64) std::array<Sides, kSide> rows_;
 };
 
 }  // namespace flintknap

@@ -115,7 +115,9 @@ class alignas(64) Trace {
         // Between the heights of the rims: what is cut off there does not come to an end.
         double x = std::max(0.0, std::min(place.x * kColumn, kFine));
         double y = std::max(0.0, std::min(place.y * kRow, kFine - kReach / 64));
-        const Reach across(x, x), up(y, y);
+        const Lanes from = cut(Lanes{x, y} + both(1 - kReach));
+        const Lanes to = cut(Lanes{x, y} + both(kReach));
+        const Reach across(from[0], to[0]), up(from[1], to[1]);
         const Bytes height = sixteen(static_cast<std::uint8_t>(y));
         std::uint32_t near = 0, odd = 0, rim = 0;
         for (int i : {0, kRoom - 17}) {
@@ -152,8 +154,10 @@ class alignas(64) Trace {
     template <class F>
     bool any_met(Point p, Point q, F f) const {
         p = {p.x * kColumn, p.y * kRow}, q = {q.x * kColumn, q.y * kRow};
-        const Reach across(std::min(p.x, q.x), std::max(p.x, q.x));
-        const Reach up(std::min(p.y, q.y), std::max(p.y, q.y));
+        const Lanes low = smaller(Lanes{p.x, p.y}, Lanes{q.x, q.y});
+        const Lanes high = larger(Lanes{p.x, p.y}, Lanes{q.x, q.y});
+        const Lanes from = cut(low + both(1 - kReach)), to = cut(high + both(kReach));
+        const Reach across(from[0], to[0]), up(from[1], to[1]);
         std::uint32_t near = 0;
         for (int i : {0, kRoom - 17}) {
             Bytes x0 = load_bytes(xy_ + i), y0 = load_bytes(xy_ + kRoom + i);
@@ -162,14 +166,22 @@ class alignas(64) Trace {
         }
         const Point way = q - p;
         const double own_slack = kReach * (std::fabs(way.x) + std::fabs(way.y));
+        std::uint32_t open = 0;
+        bool is_sure = false;
         for (near &= bits_ & kEdges; near != 0; near &= near - 1) {
             int i = lowest(near);
             const Piece ab = piece(i, p);
-            double of_a = way.x * ab.a.y - way.y * ab.a.x, of_b = way.x * ab.b.y - way.y * ab.b.x;
-            double of_p = ab.area(), of_q = of_p + of_a - of_b, slack = kReach * ab.width();
-            if (are_alike(of_a, of_b, own_slack) || are_alike(of_p, of_q, slack)) continue;
-            bool crosses = are_opposite(of_a, of_b, own_slack) && are_opposite(of_p, of_q, slack);
-            if (crosses || f(at(i))) return true;
+            double of_a = way.x * ab.a.y - way.y * ab.a.x, of_p = ab.area();
+            double of_b = way.x * ab.b.y - way.y * ab.b.x, of_q = of_p + of_a - of_b;
+            const Lanes first = {of_a, of_p}, second = {of_b, of_q};
+            const Lanes slack = {own_slack, kReach * ab.width()};
+            const Lanes least = smaller(first, second), most = larger(first, second);
+            is_sure |= (bits(least < -slack) & bits(most > slack)) == 3;
+            open |= std::uint32_t{(bits(least > slack) | bits(most < -slack)) == 0} << i;
+        }
+        if (is_sure) return true;
+        for (; open != 0; open &= open - 1) {
+            if (f(at(lowest(open)))) return true;
         }
         return false;
     }
@@ -198,19 +210,19 @@ class alignas(64) Trace {
     // The constant is 1; nothing is told.
     static constexpr std::uint32_t kOdd = std::uint32_t{1} << 30, kFull = std::uint32_t{1} << 31;
 
-    // Which edges have both ends beyond some coordinates, by the reach.
+    static Lanes cut(Lanes v) { return larger(both(0), smaller(v, both(kFine))); }
+
+    // Which edges have both ends beyond some coordinates.
     class Reach {
        public:
         Reach(double from, double to)
-            : low_(sixteen(cut(from + (1 - kReach)))), high_(sixteen(cut(to + kReach))) {}
+            : low_(sixteen(static_cast<std::uint8_t>(from))),
+              high_(sixteen(static_cast<std::uint8_t>(to))) {}
         ByteMasks is_below(Bytes v, Bytes w) const { return larger(v, w) < low_; }
         ByteMasks is_above(Bytes v, Bytes w) const { return smaller(v, w) > high_; }
         ByteMasks is_beside(Bytes v, Bytes w) const { return is_below(v, w) | is_above(v, w); }
 
        private:
-        static std::uint8_t cut(double v) {
-            return static_cast<std::uint8_t>(std::max(0.0, std::min(v, kFine)));
-        }
         Bytes low_, high_;
     };
 
@@ -225,14 +237,6 @@ class alignas(64) Trace {
     Piece piece(int i, Point from) const {
         auto vertex = [&](int n) { return Point{xy_[n] - from.x, xy_[kRoom + n] - from.y}; };
         return {vertex(i), vertex(i + 1)};
-    }
-
-    // Surely on the same side, and surely on different ones.
-    static bool are_alike(double v, double w, double slack) {
-        return std::min(v, w) > slack || std::max(v, w) < -slack;
-    }
-    static bool are_opposite(double v, double w, double slack) {
-        return std::min(v, w) < -slack && std::max(v, w) > slack;
     }
 
     // Leaves of the part of a + t * way, 0 <= t <= 1, what lies within 0 .. high or a margin beside
@@ -305,20 +309,21 @@ struct alignas(64) Strips {
     // nothing if a trace that is full might know.
     template <class F>
     std::optional<bool> any_met(Point p, Point q, F f) const {
-        auto [left, right] = std::minmax({Raster::part(p.x), Raster::part(q.x)});
-        auto [low, high] = std::minmax({Raster::part(p.y), Raster::part(q.y)});
-        const std::uint32_t columns = ~0U >> (Raster::kSide - 1 - right) & ~0U << left;
-        int last = high / Trace::kRows;
-        for (int n = low / Trace::kRows; n <= last; ++n) traces[n].fetch();
-        for (int n = low / Trace::kRows; n <= last; ++n) {
-            int first_row = n * Trace::kRows;
-            if (raster.is_clear(columns, std::max(low, first_row),
-                                std::min(high, first_row + Trace::kRows - 1)))
-                continue;
+        const Lanes low = Raster::cut(smaller(Lanes{p.x, p.y}, Lanes{q.x, q.y}));
+        const Lanes high = Raster::cut(larger(Lanes{p.x, p.y}, Lanes{q.x, q.y}));
+        const int bottom = static_cast<int>(low[1]), top = static_cast<int>(high[1]);
+        const auto columns = Raster::parts(static_cast<int>(low[0]), static_cast<int>(high[0]));
+        const auto rows = Raster::parts(bottom, top);
+        const int first = bottom / Trace::kRows, last = top / Trace::kRows;
+        traces[first].fetch();
+        traces[last].fetch();
+        for (int n = first; n <= last; ++n) {
+            const int first_row = n * Trace::kRows;
+            if (raster.is_clear<Trace::kRows>(columns, rows, first_row)) continue;
             const Trace& trace = traces[n];
             if (trace.is_full()) {
-                std::uint32_t rows = raster.touched({p, q, Raster::kMargin / 2}) >> first_row;
-                if ((rows & ((1U << Trace::kRows) - 1)) != 0) return {};
+                std::uint32_t near = raster.touched({p, q, Raster::kMargin / 2}) >> first_row;
+                if ((near & ((1U << Trace::kRows) - 1)) != 0) return {};
                 continue;
             }
             Point above = {0, double(first_row)};
