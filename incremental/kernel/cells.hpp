@@ -132,23 +132,25 @@ class Cells {
             raster_at(middle).fetch(middle.y);
         }
     };
-    // False if it is longer, or not in the frame.
-    bool look_along(Point p, Point q, Way& way) {
+    // False if it is longer, or not in the frame. Else it is looked along next.
+    bool locate(Point p, Point q, Way& way) {
         if (!grid_.is_laid()) begin();
         if (!grid_.holds(p) || !grid_.holds(q)) return false;
-        const Spot &first = way.first = grid_.spot(p), &last = way.last = grid_.spot(q);
-        int wide = last.column - first.column, high = last.row - first.row;
-        if (wide * wide > 1 || high * high > 1) return false;
+        way.first = grid_.spot(p), way.last = grid_.spot(q);
+        int wide = way.last.column - way.first.column, high = way.last.row - way.first.row;
+        return wide * wide <= 1 && high * high <= 1;
+    }
+    void look_along(Way& way) {
+        const Spot &first = way.first, &last = way.last;
         Index one = made(first.column, first.row), other = made(last.column, last.row);
         Index third = made(first.column, last.row), fourth = made(last.column, first.row);
         bool is_one = is_plain(one) & (one == other) & (one == third) & (one == fourth);
         way.plain = !is_one ? 0 : one == kInside ? Raster::kInside : Raster::kOutside;
-        if (is_one) return true;
+        if (is_one) return;
         way.rasters[Way::slot(first.column, first.row)] = &raster_of(one);
         way.rasters[Way::slot(last.column, last.row)] = &raster_of(other);
         way.rasters[Way::slot(first.column, last.row)] = &raster_of(third);
         way.rasters[Way::slot(last.column, first.row)] = &raster_of(fourth);
-        return true;
     }
 
     // On which sides some places of a segment lie; and kEdges, if edges may be near others.

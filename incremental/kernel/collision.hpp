@@ -300,57 +300,103 @@ template <class Question>
 bool tell(Cells& cells, Point p, Point q) {
     if (cells.ring().empty()) return false;
     Cells::Way way;
-    if (!cells.look_along(p, q, way)) return tell_closely<Question>(cells, {p, q}, nullptr);
+    if (!cells.locate(p, q, way)) return tell_closely<Question>(cells, {p, q}, nullptr);
+    cells.look_along(way);
     Raster::Sides seen = way.plain != 0 ? way.plain : Cells::glance(way);
     return Question::is_told(seen) ? Question::told(seen)
                                    : tell_closely<Question>(cells, {p, q}, &way);
 }
 
 // The same of many, ends(i) being those of i, 0 <= i < n; answer(i, told) takes the answer. Some
-// take each step together: what it reads is fetched in the step before. Only the last one draws.
+// take each step together: what a step reads has been fetched or computed in the one before, so
+// that what cannot be foreseen is soon known. Those that a glance does not tell wait until there
+// are some. Only then anything is drawn.
 template <class Question, class Ends, class Answer>
-void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
-    constexpr std::size_t room = 32;
-    struct {
+class Several {
+   public:
+    Several(Cells& cells, Ends ends, Answer answer) : cells_(cells), ends_(ends), answer_(answer) {}
+
+    void ask(std::size_t n) {
+        for (std::size_t next = 0; next < n;) {
+            next = locate(next, n);
+            look_along();
+            glance();
+            if (untold_ >= kRoom) tell_the_rest();
+        }
+        tell_the_rest();
+    }
+
+   private:
+    static constexpr std::size_t kRoom = 32;
+    struct Asked {
         Cells::Way way;
         std::size_t i;
-    } some[room];
-    std::size_t untold[room], far[room];
-    if (cells.ring().empty()) {
-        for (std::size_t i = 0; i < n; ++i) answer(i, false);
-        return;
-    }
-    for (std::size_t next = 0; next < n;) {
-        std::size_t count = 0, far_count = 0, left = 0;
-        for (; next < n && count < room && far_count < room; ++next) {
-            auto [p, q] = ends(next);
-            Cells::Way& way = some[count].way;
-            if (!cells.look_along(p, q, way)) {
-                far[far_count++] = next;
-            } else if (way.plain != 0) {
-                answer(next, Question::told(way.plain));
+    };
+
+    // Some from i on; returns where the next ones begin.
+    std::size_t locate(std::size_t i, std::size_t n) {
+        for (located_ = 0; i < n && located_ < kRoom; ++i) {
+            auto [p, q] = ends_(i);
+            some_[located_].i = i;
+            if (cells_.locate(p, q, some_[located_].way)) {
+                ++located_;
             } else {
-                way.fetch();
-                some[count++].i = next;
+                answer_(i, tell_closely<Question>(cells_, {p, q}, nullptr));
             }
         }
-        for (std::size_t k = 0; k < count; ++k) {
-            Raster::Sides seen = Cells::glance(some[k].way);
-            answer(some[k].i, Question::told(seen));
-            untold[left] = k;
-            left += !Question::is_told(seen);
-        }
-        for (std::size_t k = 0; k < left; ++k) cells.fetch_traces(some[untold[k]].way);
-        for (std::size_t k = 0; k < left; ++k) {
-            const auto& [way, i] = some[untold[k]];
-            auto [p, q] = ends(i);
-            answer(i, tell_closely<Question>(cells, {p, q}, &way));
-        }
-        for (std::size_t k = 0; k < far_count; ++k) {
-            auto [p, q] = ends(far[k]);
-            answer(far[k], tell_closely<Question>(cells, {p, q}, nullptr));
+        return i;
+    }
+
+    void look_along() {
+        near_count_ = 0;
+        for (std::size_t k = 0; k < located_; ++k) {
+            auto& [way, i] = some_[k];
+            cells_.look_along(way);
+            if (way.plain != 0) {
+                answer_(i, Question::told(way.plain));
+            } else {
+                way.fetch();
+                near_[near_count_++] = k;
+            }
         }
     }
+
+    void glance() {
+        std::size_t first = untold_;
+        for (std::size_t k = 0; k < near_count_; ++k) {
+            const Asked& asked = some_[near_[k]];
+            Raster::Sides seen = Cells::glance(asked.way);
+            answer_(asked.i, Question::told(seen));
+            rest_[untold_] = asked;
+            untold_ += !Question::is_told(seen);
+        }
+        for (std::size_t k = first; k < untold_; ++k) cells_.fetch_traces(rest_[k].way);
+    }
+
+    void tell_the_rest() {
+        for (std::size_t k = 0; k < untold_; ++k) {
+            const auto& [way, i] = rest_[k];
+            auto [p, q] = ends_(i);
+            answer_(i, tell_closely<Question>(cells_, {p, q}, &way));
+        }
+        untold_ = 0;
+    }
+
+    Cells& cells_;
+    Ends ends_;
+    Answer answer_;
+    std::size_t located_ = 0, near_count_ = 0, untold_ = 0;
+    Asked some_[kRoom];
+    std::size_t near_[kRoom];  // of these, those that leaves are near
+    Asked rest_[2 * kRoom];    // of all so far, those that are to be told closely
+};
+template <class Question, class Ends, class Answer>
+void tell_each(Cells& cells, std::size_t n, Ends ends, Answer answer) {
+    if (!cells.ring().empty()) {
+        Several<Question, Ends, Answer>(cells, ends, answer).ask(n);
+        return;
+    }
+    for (std::size_t i = 0; i < n; ++i) answer(i, false);
 }
 
 // ------------------------------------------------------------------ two rings
