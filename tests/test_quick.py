@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 
 import flintknap as fk
-from flintknap._kernel import quick
+from flintknap._kernel import Kernel, quick
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -211,15 +211,16 @@ def test_other_counts_of_arguments(engine: fk.Engine, name: str, given: tuple[fl
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_no_engine_is_left_to_the_function(name: str) -> None:
     given = (0.5,) * COUNTS[name]
-    for other in (object(), None, 1.5, fk.Engine.__new__(fk.Engine)):
-        with pytest.raises(AttributeError, match="_kernel"):
+    half = fk.Engine.__new__(fk.Engine)
+    for other in (object(), None, 1.5, half, types.SimpleNamespace(_kernel=None)):
+        with pytest.raises(AttributeError) as told:
             getattr(fk.Engine, name)(other, *given)
-    like_one = types.SimpleNamespace(_kernel=None)
-    with pytest.raises(AttributeError) as told:
-        getattr(fk.Engine, name)(like_one, *given)
-    with pytest.raises(AttributeError) as expected:
-        slow(name)(like_one, *given)
-    assert str(told.value) == str(expected.value)
+        with pytest.raises(AttributeError) as expected:
+            slow(name)(other, *given)
+        assert str(told.value) == str(expected.value)
+    half._kernel = Kernel.__new__(Kernel)
+    with pytest.warns(RuntimeWarning, match="uninitialized"), pytest.raises(TypeError):
+        getattr(fk.Engine, name)(half, *given)
 
 
 def test_a_function_without_an_answer() -> None:
@@ -229,6 +230,23 @@ def test_a_function_without_an_answer() -> None:
         quick(1)  # type: ignore[type-var]
     with pytest.raises(TypeError):
         type(fk.Engine.side)()
+
+
+def test_a_class_without_a_slot() -> None:
+    with pytest.raises((TypeError, RuntimeError)) as told:  # wrapped before Python 3.12
+
+        class Loose:
+            _kernel = None
+            side = quick(slow("side"))
+
+    assert "has no slot _kernel" in str(told.value.__cause__ or told.value)
+    with pytest.raises(TypeError):
+        fk.Engine.side.__set_name__("Loose", "side")  # type: ignore[attr-defined]
+    loose: Any = quick(slow("side"))
+    engine = fk.Engine()
+    with frames() as called:
+        assert loose(engine, 0.5, 1.5) == -1  # which no class has
+    assert "side" in called
 
 
 # ---------------------------------------------------------------- what may go wrong
@@ -327,6 +345,8 @@ def test_nothing_is_kept(engine: fk.Engine) -> None:
 def test_circles_are_found() -> None:
     def made() -> list[weakref.ref[Any]]:
         class Owner:
+            __slots__ = ("__weakref__", "_kernel")
+
             @quick
             def side(self, x: float, y: float) -> object:
                 return Owner, x, y

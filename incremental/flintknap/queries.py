@@ -37,6 +37,8 @@ _Scalar = TypeVar("_Scalar", int, float, bool)
 class Queries:
     """The part of an engine that answers them."""
 
+    __slots__ = ("_kernel",)  # where `quick` finds it
+
     _kernel: Kernel
 
     @overload

@@ -11,8 +11,9 @@
 // such calls as well, and alike. In a class it is what a function is, a method once it is looked
 // up; and inspect, help and pickle see the function.
 //
-// What the kernel throws becomes the exception it would become on the way through nanobind. Costs a
-// look-up of _kernel and what is asked. Refuses functions whose names it does not know.
+// What the kernel throws becomes the exception it would become on the way through nanobind. Costs
+// what is asked and little more: a kernel that is in a slot is found without a look-up. Refuses
+// functions whose names it does not know, and classes without that slot.
 #include <Python.h>
 #include <structmember.h>
 
@@ -58,8 +59,17 @@ PyObject* segment_one(Kernel& k, Point p, Point q) {
 struct Quick {
     PyObject head;
     vectorcallfunc call;
-    PyObject *function, *kernel;  // that of Python; "_kernel"
+    PyTypeObject *owner, *kernel;  // the class it was made for; that of kernels
+    Py_ssize_t offset;             // of the slot with the kernel in instances of the owner
+    PyObject* function;
     PyObject *attributes, *watchers;
+
+    // That of what may be an engine, or nullptr.
+    PyObject* kernel_of(PyObject* engine) const {
+        if (owner == nullptr || !PyObject_TypeCheck(engine, owner)) return nullptr;
+        PyObject* held = *reinterpret_cast<PyObject**>(reinterpret_cast<char*>(engine) + offset);
+        return held != nullptr && Py_TYPE(held) == kernel && nb::inst_ready(held) ? held : nullptr;
+    }
 };
 
 Quick& quick_of(PyObject* self) { return *reinterpret_cast<Quick*>(self); }
@@ -76,27 +86,25 @@ PyObject* call(PyObject* self, PyObject* const* given, std::size_t flags, PyObje
     if (names == nullptr && PyVectorcall_NARGS(flags) == count) {
         std::optional<Point> p = as_place(given[1], given[2]);
         std::optional<Point> q = as_place(given[count - 2], given[count - 1]);
-        if (p && q) {
-            // Held until the answer is there, whatever becomes of the engine meanwhile.
-            nb::object kernel = nb::steal(PyObject_GetAttr(given[0], quick.kernel));
-            if (!kernel.is_valid()) return nullptr;
-            Kernel* k = nullptr;
-            if (nb::try_cast(kernel, k, false) && k != nullptr) {
-                try {
-                    if constexpr (of_segment) {
-                        return answer(*k, *p, *q);
-                    } else {
-                        return answer(*k, *p);
-                    }
-                } catch (nb::python_error& error) {
-                    error.restore();
-                } catch (const std::bad_alloc& error) {
-                    PyErr_SetString(PyExc_MemoryError, error.what());
-                } catch (const std::exception& error) {
-                    PyErr_SetString(PyExc_RuntimeError, error.what());
+        PyObject* held = p && q ? quick.kernel_of(given[0]) : nullptr;
+        if (held != nullptr) {
+            // Until the answer is there, whatever becomes of the engine meanwhile.
+            nb::object kept = nb::borrow(held);
+            Kernel& kernel = *nb::inst_ptr<Kernel>(kept);
+            try {
+                if constexpr (of_segment) {
+                    return answer(kernel, *p, *q);
+                } else {
+                    return answer(kernel, *p);
                 }
-                return nullptr;
+            } catch (nb::python_error& error) {
+                error.restore();
+            } catch (const std::bad_alloc& error) {
+                PyErr_SetString(PyExc_MemoryError, error.what());
+            } catch (const std::exception& error) {
+                PyErr_SetString(PyExc_RuntimeError, error.what());
             }
+            return nullptr;
         }
     }
     return PyObject_Vectorcall(quick.function, given, flags, names);
@@ -117,12 +125,33 @@ PyObject* bind(PyObject* self, PyObject* owner, PyObject*) {
     return owner == nullptr ? Py_NewRef(self) : PyMethod_New(self, owner);
 }
 
+// Called when a class is made that has it: the first one is its owner.
+PyObject* set_name(PyObject* self, PyObject* given) {
+    Quick& quick = quick_of(self);
+    PyObject *owner, *name;
+    if (!PyArg_ParseTuple(given, "O!U", &PyType_Type, &owner, &name)) return nullptr;
+    if (quick.owner != nullptr) Py_RETURN_NONE;
+    PyObject* slot = PyObject_GetAttrString(owner, "_kernel");
+    if (slot == nullptr) return nullptr;
+    bool is_slot = Py_IS_TYPE(slot, &PyMemberDescr_Type);
+    if (is_slot) {
+        quick.offset = reinterpret_cast<PyMemberDescrObject*>(slot)->d_member->offset;
+        quick.owner = reinterpret_cast<PyTypeObject*>(Py_NewRef(owner));
+    } else {
+        PyErr_Format(PyExc_TypeError, "got %R, which has no slot _kernel", owner);
+    }
+    Py_DECREF(slot);
+    return is_slot ? Py_NewRef(Py_None) : nullptr;
+}
+
 // Functions are told by their names, and copies of them are the same.
 PyObject* reduce(PyObject* self, PyObject*) { return PyObject_GetAttrString(self, "__qualname__"); }
 
 int traverse(PyObject* self, visitproc visit, void* arg) {
     Quick& quick = quick_of(self);
     Py_VISIT(Py_TYPE(self));
+    Py_VISIT(quick.owner);
+    Py_VISIT(quick.kernel);
     Py_VISIT(quick.function);
     Py_VISIT(quick.attributes);
     return 0;
@@ -130,6 +159,7 @@ int traverse(PyObject* self, visitproc visit, void* arg) {
 
 // The function stays, to be called to the end: no circle is without something else to be cleared.
 int clear(PyObject* self) {
+    Py_CLEAR(quick_of(self).owner);
     Py_CLEAR(quick_of(self).attributes);
     return 0;
 }
@@ -146,7 +176,9 @@ void dealloc(PyObject* self) {
 }
 
 nb::object make_type() {
-    static PyMethodDef methods[] = {{"__reduce__", reduce, METH_NOARGS, nullptr}, {}};
+    static PyMethodDef methods[] = {{"__reduce__", reduce, METH_NOARGS, nullptr},
+                                    {"__set_name__", set_name, METH_VARARGS, nullptr},
+                                    {}};
     static PyMemberDef members[] = {
         {"__vectorcalloffset__", T_PYSSIZET, offsetof(Quick, call), READONLY, nullptr},
         {"__dictoffset__", T_PYSSIZET, offsetof(Quick, attributes), READONLY, nullptr},
@@ -182,8 +214,7 @@ nb::object quick(nb::handle type, nb::handle function) {
         Quick& quick = quick_of(object.ptr());
         quick.call = call;
         quick.function = Py_NewRef(function.ptr());
-        quick.kernel = PyUnicode_InternFromString("_kernel");
-        if (quick.kernel == nullptr) throw nb::python_error();
+        quick.kernel = reinterpret_cast<PyTypeObject*>(Py_NewRef(nb::type<Kernel>().ptr()));
         nb::module_::import_("functools").attr("update_wrapper")(object, function);
         return object;
     }
