@@ -177,6 +177,24 @@ def test_segments_agree_with_geos() -> None:
         np.testing.assert_allclose(engine.distance(places), far, rtol=1e-12)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_segments_together_are_segments_one_by_one(noise: float) -> None:
+    rng, points = np.random.default_rng(12), wavy(2000, 7, noise)
+    together, alone = made(points), made(points)
+    for count in (0, 1, 31, 32, 33, 64, 65, 1000, 1000, 1000):  # cells are drawn meanwhile
+        start, turn = rng.uniform(-1.4, 1.4, (count, 2)), rng.uniform(0, 2 * np.pi, count)
+        length = 10 ** rng.uniform(-4, 0.5, (count, 1))
+        stop = start + length * np.column_stack([np.cos(turn), np.sin(turn)])
+        ends = (*start.T, *stop.T)
+        each = np.column_stack(ends).tolist()
+        meets, held = together.intersects(*ends), together.contains_segment(*ends)
+        assert meets.tolist() == [alone.intersects(*segment) for segment in each]
+        assert held.tolist() == [alone.contains_segment(*segment) for segment in each]
+        np.testing.assert_array_equal(meets, ~np.isnan(together.first_hit(*ends).t))
+    assert 0 < np.count_nonzero(meets) < np.count_nonzero(~held)
+    together.check()
+
+
 def test_the_first_hit_is_the_first_crossing() -> None:
     engine = made(wavy(1000, 3, 0.01))
     ring = engine.boundary().xy
