@@ -35,7 +35,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -290,9 +289,8 @@ class Cells {
 
     // What is known of a cell: its drawing, or how it lies if it has no leaves, or kListed less its
     // number; or kNone, and kAsked if the tree has told of a place there.
-    static constexpr Index kOutside = -2, kInside = -3, kListed = -4;
-    static constexpr Index kAsked = std::numeric_limits<Index>::min();
-    static_assert(kNone == -1);
+    static constexpr Index kAsked = -2, kOutside = -3, kInside = -4, kListed = -5;
+    static_assert(kNone == -1);  // next to kAsked: so is_made is one comparison
 
     static bool is_made(Index known) { return known != kNone && known != kAsked; }
     static bool is_drawn(Index known) { return known >= 0; }
