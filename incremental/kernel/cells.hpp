@@ -21,9 +21,10 @@
 // cells that meet B are forgotten. Cells with more leaves than there is room for are left to the
 // tree; so is what is outside.
 //
-// A cell that is asked about again and again is drawn (raster.hpp): then most places in it are told
-// by one load, and so are most short segments; the others mostly by what is traced of the edges
-// where they lie (traces.hpp). One that no leaf meets is wholly on one side.
+// A cell is drawn (raster.hpp) when it is asked about one place more, or segments come to it again
+// and again: then most places in it are told by one load, and so are most short segments; the
+// others mostly by what is traced of the edges where they lie (traces.hpp). One that no leaf meets
+// is wholly on one side.
 //
 // Invariants (check): a cell that is known is what it would be if made now; the ring lies in the
 // frame of the grid.
@@ -51,7 +52,7 @@ namespace flintknap {
 class Cells {
    public:
     static constexpr std::size_t kRoom = 28;
-    static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
+    static constexpr std::uint8_t kPatience = 4;  // segments before a cell is drawn
 
     struct alignas(64) Cell {
         Index leaves[kRoom];
@@ -96,7 +97,9 @@ class Cells {
         }
         const Cell& cell = cell_of(known);
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        note_question(at_q.column, at_q.row);
+        if (!is_drawn(known)) {
+            draw_one(known_[grid_.place(at_q.column, at_q.row)], at_q.column, at_q.row);
+        }
         return side_of(crossed(cell, q));
     }
 
@@ -351,14 +354,17 @@ class Cells {
         Index& known = known_[grid_.place(column, row)];
         if (!is_drawn(known) && !is_plain(known)) draw_if_due(known, column, row);
     }
-    // One that is asked about again and again is drawn; or at once, if all others nearly are.
+    // One that segments come to again and again is drawn; or at once, if all others nearly are.
     [[gnu::noinline]] void draw_if_due(Index& known, Index column, Index row) {
         Cell& cell = cells_[at(number(known))];
         if (cell.is_crowded()) return;
         ++questions_;
         ++cell.asked;
         bool is_due = cell.asked >= kPatience || questions_ >= (kPatience - 1) * cells_.size();
-        if (!is_due) return;
+        if (is_due) draw_one(known, column, row);
+    }
+    // One that has leaves, and is neither crowded nor drawn yet.
+    [[gnu::noinline]] void draw_one(Index& known, Index column, Index row) {
         if (free_drawing_ == kNone) {
             drawings_.reserve(drawings_.size() + 1);
             origins_.reserve(drawings_.size() + 1);
@@ -369,7 +375,7 @@ class Cells {
         }
         Index n = free_drawing_;
         free_drawing_ = std::exchange(origins_[at(n)].cell, number(known));
-        draw(cell, drawings_[at(n)], origins_[at(n)], column, row);
+        draw(cell_of(known), drawings_[at(n)], origins_[at(n)], column, row);
         known = n;
     }
 
