@@ -21,10 +21,9 @@
 // cells that meet B are forgotten. Cells with more leaves than there is room for are left to the
 // tree; so is what is outside.
 //
-// A cell is drawn (raster.hpp) when it is asked about one place more, or segments come to it again
-// and again: then most places in it are told by one load, and so are most short segments; the
-// others mostly by what is traced of the edges where they lie (traces.hpp). One that no leaf meets
-// is wholly on one side.
+// A cell that is asked about again and again is drawn (raster.hpp), or sooner while nothing
+// changes: then most places in it are told by one load, and so are most short segments; the others
+// mostly by traces of the edges there (traces.hpp). One that no leaf meets is wholly on one side.
 //
 // Invariants (check): a cell that is known is what it would be if made now; the ring lies in the
 // frame of the grid.
@@ -52,7 +51,8 @@ namespace flintknap {
 class Cells {
    public:
     static constexpr std::size_t kRoom = 28;
-    static constexpr std::uint8_t kPatience = 4;  // segments before a cell is drawn
+    static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
+    static constexpr std::size_t kQuiet = 64;     // first places, without a change
 
     struct alignas(64) Cell {
         Index leaves[kRoom];
@@ -86,6 +86,7 @@ class Cells {
         Spot at_q = grid_.spot(q);
         if (Index& cell_here = known_[grid_.place(at_q.column, at_q.row)]; cell_here == kNone) {
             cell_here = kAsked;
+            ++places_;
             return flintknap::side(ring_, q);
         }
         Index known = made(at_q.column, at_q.row);
@@ -97,9 +98,7 @@ class Cells {
         }
         const Cell& cell = cell_of(known);
         if (cell.is_crowded()) return flintknap::side(ring_, q);
-        if (!is_drawn(known)) {
-            draw_one(known_[grid_.place(at_q.column, at_q.row)], at_q.column, at_q.row);
-        }
+        note_question(at_q.column, at_q.row);
         return side_of(crossed(cell, q));
     }
 
@@ -243,7 +242,7 @@ class Cells {
             return;
         }
         for (const Box& b : splices.changed()) forget(b);
-        questions_ = 0;
+        questions_ = places_ = 0;
     }
 
     std::size_t bytes() const {
@@ -281,7 +280,6 @@ class Cells {
 
    private:
     using Range = Grid::Range;
-
     using Drawing = Strips;
     // Which edges it is of.
     struct alignas(64) Origin {
@@ -318,7 +316,7 @@ class Cells {
         cells_.clear();
         drawings_.clear();
         origins_.clear();
-        questions_ = 0;
+        questions_ = places_ = 0;
         free_ = free_drawing_ = kNone;
         grid_ = grid;
     }
@@ -329,8 +327,7 @@ class Cells {
         if (!is_made(known)) known = make_one(grid_.box(column, row));
         return known;
     }
-    [[gnu::noinline]] Index make_one(
-        const Box& box) {  // seldom: `made` should be little more than a load
+    [[gnu::noinline]] Index make_one(const Box& box) {  // apart: `made` is little but a load
         if (free_ == kNone) {
             cells_.push_back({});
             cells_.back().leaves[0] = kNone;
@@ -354,17 +351,15 @@ class Cells {
         Index& known = known_[grid_.place(column, row)];
         if (!is_drawn(known) && !is_plain(known)) draw_if_due(known, column, row);
     }
-    // One that segments come to again and again is drawn; or at once, if all others nearly are.
+    // One that is asked about again and again is drawn; or at once, if others are or all is quiet.
     [[gnu::noinline]] void draw_if_due(Index& known, Index column, Index row) {
         Cell& cell = cells_[at(number(known))];
         if (cell.is_crowded()) return;
         ++questions_;
         ++cell.asked;
-        bool is_due = cell.asked >= kPatience || questions_ >= (kPatience - 1) * cells_.size();
-        if (is_due) draw_one(known, column, row);
-    }
-    // One that has leaves, and is neither crowded nor drawn yet.
-    [[gnu::noinline]] void draw_one(Index& known, Index column, Index row) {
+        bool is_due = cell.asked >= kPatience || places_ >= kQuiet ||
+                      questions_ >= (kPatience - 1) * cells_.size();
+        if (!is_due) return;
         if (free_drawing_ == kNone) {
             drawings_.reserve(drawings_.size() + 1);
             origins_.reserve(drawings_.size() + 1);
@@ -375,7 +370,7 @@ class Cells {
         }
         Index n = free_drawing_;
         free_drawing_ = std::exchange(origins_[at(n)].cell, number(known));
-        draw(cell_of(known), drawings_[at(n)], origins_[at(n)], column, row);
+        draw(cell, drawings_[at(n)], origins_[at(n)], column, row);
         known = n;
     }
 
@@ -543,8 +538,9 @@ class Cells {
     Array<Index> known_;  // by row and column: a cell, or on which side all of it lies, or kNone
     Array<Cell> cells_;
     Array<Drawing> drawings_;
-    Array<Origin> origins_;      // of drawings
-    std::size_t questions_ = 0;  // about cells not drawn yet, since something changed
+    Array<Origin> origins_;  // of drawings
+    // Since something changed: questions about cells not drawn yet, first places of cells.
+    std::size_t questions_ = 0, places_ = 0;
     // The first that are not in use; the next ones are leaves[0] of cells, `cell` of origins.
     Index free_ = kNone, free_drawing_ = kNone;
     Grid grid_;
