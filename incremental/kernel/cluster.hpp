@@ -38,7 +38,7 @@ namespace flintknap {
 // How far to widen: d, and the cotangent it stands for; 0 is not at all.
 struct Limit {
     double d = -1, cotangent = -std::numeric_limits<double>::infinity();
-    bool is_any() const { return cotangent < 0; }
+    bool widens() const { return cotangent < 0; }
 };
 
 struct Capture {
@@ -118,7 +118,7 @@ class Captor {
     template <class Poll>
     void run(Cluster& c, Poll poll) {
         begin(c);
-        for (std::int64_t steps = 1; limit_.is_any() && step(c); ++steps) {
+        for (std::int64_t steps = 1; limit_.widens() && step(c); ++steps) {
             if (steps % 4096 == 0) poll();
         }
         keep(passed_, c.triangles);
@@ -234,7 +234,7 @@ class Captor {
             place_.put(k, static_cast<Index>(viewers_.size()));
             viewers_.push_back({k});
         }
-        if (c.members.size() >= kCrowd && limit_.is_any()) {
+        if (c.members.size() >= kCrowd && limit_.widens()) {
             rooms_.find(
                 c.members, [&](Index v) { return is_member(v); },
                 [&](Index x) { passed_.push_back(x); },

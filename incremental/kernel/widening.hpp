@@ -332,7 +332,7 @@ class Widening {
         if (m.is_free(x)) return;
         bool is_inside = c_.is_inside(x);
         if (is_new || !is_inside) dissolve_all(x);
-        if (!limit_.is_any()) return;  // beyond its triangles a cluster looks for nothing
+        if (!limit_.widens()) return;  // beyond its triangles a cluster looks for nothing
         for (Index h = 3 * x; h < 3 * x + 3; ++h) {
             Index o = m.twin(h);
             around_.clear();
