@@ -15,11 +15,11 @@
 // leaf whether its ends are right of C; they count once more, for what comes before and behind.
 //
 // A cell is made by a walk down the tree that opens the boxes which meet C: when it is asked about,
-// but for the first place of all, which the tree tells for less. It stays as it is while the leaves
-// in it do: let B be a box of all that a splice took away and put in its place. If B does not meet
-// C, no place of C has changed sides, nor has (1) for a listed leaf, so neither has the rest. The
-// cells that meet B are forgotten. Cells with more leaves than there is room for are left to the
-// tree; so is what is outside.
+// but for the first place of all, which the tree tells for less, unless most cells seem to be
+// asked. It stays as it is while the leaves in it do: let B be a box of all that a splice took away
+// and put in its place. If B does not meet C, no place of C has changed sides, nor has (1) for a
+// listed leaf, so neither has the rest. The cells that meet B are forgotten. Cells with more leaves
+// than there is room for are left to the tree; so is what is outside.
 //
 // A cell that is asked about again and again is drawn (raster.hpp), or sooner while nothing
 // changes: then most places in it are told by one load, and so are most short segments; the others
@@ -52,7 +52,9 @@ class Cells {
    public:
     static constexpr std::size_t kRoom = 28;
     static constexpr std::uint8_t kPatience = 4;  // questions before a cell is drawn
-    static constexpr std::size_t kQuiet = 64;     // first places, without a change
+    // First places, without a change: from then on cells are soon drawn; of so many cells one, and
+    // they are drawn at once.
+    static constexpr std::size_t kQuiet = 64, kShare = 4;
 
     struct alignas(64) Cell {
         Index leaves[kRoom];
@@ -84,7 +86,8 @@ class Cells {
         }
         if (!grid_.holds(q)) return -1;
         Spot at_q = grid_.spot(q);
-        if (Index& cell_here = known_[grid_.place(at_q.column, at_q.row)]; cell_here == kNone) {
+        Index& cell_here = known_[grid_.place(at_q.column, at_q.row)];
+        if (cell_here == kNone && places_ < known_.size() / kShare) {
             cell_here = kAsked;
             ++places_;
             return flintknap::side(ring_, q);
