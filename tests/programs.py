@@ -12,13 +12,11 @@ import pytest
 
 TESTS = Path(__file__).parent
 COMPILER = shlex.split(os.environ.get("CXX", "c++"))
+FLAGS = ["-std=c++17", "-ffp-contract=off", "-I", str(TESTS.parent / "incremental" / "kernel")]
 
 needs_a_compiler = pytest.mark.skipif(
     shutil.which(COMPILER[0]) is None, reason=f"no compiler: {COMPILER[0]}"
 )
-
-
-FLAGS = ["-std=c++17", "-ffp-contract=off", "-I", str(TESTS.parent / "incremental" / "kernel")]
 
 
 def compiles(source: str) -> None:

@@ -195,6 +195,18 @@ def test_segments_together_are_segments_one_by_one(noise: float) -> None:
     together.check()
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_places_one_by_one_are_places_together(noise: float) -> None:
+    """Told by the tree, by lists and by drawings, which a change takes away here and there."""
+    rng, engine = np.random.default_rng(13), made(wavy(2000, 7, noise))
+    for count in (1, 20, 500, 3000):
+        places = rng.uniform(-1.4, 1.4, (count, 2))
+        expected = engine.side(places).tolist()
+        assert [engine.side(x, y) for x, y in places.tolist()] == expected
+        engine.check()
+        engine.insert(rng.normal(0, 0.8, (3, 2)))
+
+
 def test_the_first_hit_is_the_first_crossing() -> None:
     engine = made(wavy(1000, 3, 0.01))
     ring = engine.boundary().xy
