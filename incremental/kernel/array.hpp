@@ -113,6 +113,12 @@ class Array {
             items_[size_++] = item;
         }
     }
+    // Adds an item, or does not: without a branch, for what nobody can foresee.
+    void push_back_if(bool wanted, T item) {
+        if (size_ == capacity_) reserve(size_ + 1);
+        items_[size_] = item;
+        size_ += wanted ? 1 : 0;
+    }
     void pop_back() { --size_; }
     void resize(std::size_t size, const T& value = T()) {
         reserve(size);

@@ -37,6 +37,7 @@
 
 #include "array.hpp"
 #include "labels.hpp"
+#include "lanes.hpp"
 #include "mesh.hpp"
 
 namespace flintknap {
@@ -45,10 +46,10 @@ namespace flintknap {
 using Coarse = std::int32_t;
 inline Coarse coarse_key(double key) {
     constexpr double most = std::numeric_limits<float>::max();
-    float rounded = static_cast<float>(std::clamp(key, -most, most)) + 0.0F;  // no -0
+    float rounded = static_cast<float>(smaller(larger(key, -most), most)) + 0.0F;  // no -0
     Coarse bits;
     std::memcpy(&bits, &rounded, sizeof bits);
-    return bits < 0 ? bits ^ INT32_MAX : bits;
+    return bits ^ (bits >> 31 & INT32_MAX);
 }
 
 template <class Keys>
@@ -141,16 +142,19 @@ class Blocks {
     }
     __attribute__((noinline)) Index search(Index leaf, Index e) const {
         const Node& x = node(leaf);
-        Index guess = static_cast<Index>(seats_[at(e)].place), below = guess, above = guess;
-        while (true) {
-            if (--below >= 0 && below < x.count && x.items[below] == e) break;
-            if (++above < x.count && x.items[above] == e) {
-                below = above;
-                break;
-            }
+        std::uint64_t here = as_bits(x.items, [&](Sixteen s) { return s.equal(e); });
+        Index i = first_bit(here & bits_below(x.count));
+        seats_[at(e)].place = static_cast<unsigned>(i) & 63U;
+        return i;
+    }
+    // What `compare` tells of sixteen items, of all items or keys of a node.
+    template <class F>
+    static std::uint64_t as_bits(const Index* items, F&& compare) {
+        std::uint64_t found = 0;
+        for (Index i : {0, 16, 32, kRoom - 16}) {
+            found |= std::uint64_t{compare(Sixteen(items + i))} << i;
         }
-        seats_[at(e)].place = static_cast<unsigned>(below) & 63U;
-        return below;
+        return found;
     }
     // The first and the last node of that height in one.
     Index first_in(Index n, Index height) const {
@@ -202,7 +206,11 @@ class Blocks {
         x.label = 0;
         return n;
     }
-    void release(Index n) { nodes_[at(n)].parent = std::exchange(free_, n); }
+    void release(Index n) {
+        nodes_[at(n)].parent = std::exchange(free_, n);
+        nodes_[at(n)].count = 0;
+    }
+    bool is_free(Index n) const { return node(n).count == 0; }
 
     // Nodes for so many items, which come evenly; returns how many. They are the last ones.
     template <class F>
@@ -292,14 +300,15 @@ class Blocks {
     // Makes the largest of a node what its items say; tells the parent of a node what is in it.
     void pull(Index n) {
         Node& x = nodes_[at(n)];
-        Index best = 0;
-        for (Index i = 1; i < x.count; ++i) {
-            if (x.keys[i] < x.keys[best]) continue;
-            if (x.keys[i] > x.keys[best] || keys_.smaller(largest_in(n, best), largest_in(n, i))) {
-                best = i;
-            }
+        Coarse most = x.keys[0];
+        for (Index i = 1; i < x.count; ++i) most = larger(most, x.keys[i]);
+        std::uint64_t all = as_bits(x.keys, [&](Sixteen s) { return s.equal(most); });
+        all &= bits_below(x.count);
+        x.largest = largest_in(n, first_bit(all));
+        while ((all &= all - 1) != 0) {
+            Index other = largest_in(n, first_bit(all));
+            if (keys_.smaller(x.largest, other)) x.largest = other;
         }
-        x.largest = largest_in(n, best);
     }
     void tell_parent(Index n) {
         Index p = node(n).parent;

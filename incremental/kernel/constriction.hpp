@@ -232,7 +232,8 @@ class Constriction : public Rafts {
     // Whether an event that is to come is surely before the place of a gate that stands open now.
     bool is_before_place(Index e, Index edge) const {
         if (e == kNone || forest_.is_adrift(e)) return false;
-        return forest_.earlier(e, forest_.first_as_large(now_, key_floor(t_, edge)));
+        double floor = key_floor(t_, edge);
+        return forest_.key(e) < floor && forest_.earlier(e, forest_.first_as_large(now_, floor));
     }
 
     bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
@@ -252,7 +253,7 @@ class Constriction : public Rafts {
     void queue_gates_at_freed() {
         for (Index v : freed_) {
             if (on_ring(v) || !t_.is_site(v)) continue;
-            visit_gates_around(t_.mesh().leaving(v), [&](Index gate) { queue(gate); });
+            queue_gates_around(t_.mesh().leaving(v));
         }
         freed_.clear();
     }
@@ -375,10 +376,11 @@ class Constriction : public Rafts {
         bool inside = is_inside(x);
         for (Index h = 3 * x; h < 3 * x + 3; ++h) {
             Index o = m.twin(h);
-            if (inside == is_inside(Mesh::triangle(o))) continue;
-            Index edge = inside ? h : o, v = m.origin(edge);
-            if (following(v) == m.target(edge)) continue;
-            following_[at(v)] = m.target(edge);
+            bool is_on_ring = inside != is_inside(Mesh::triangle(o));
+            Index edge = chosen(inside, h, o), v = chosen(is_on_ring, m.origin(edge), 0);
+            Index next = chosen(is_on_ring, m.target(edge), following(v));
+            if (following(v) == next) continue;
+            following_[at(v)] = next;
             links_.touch(v);
         }
     }

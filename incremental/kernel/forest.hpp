@@ -159,8 +159,8 @@ class Forest {
     }
     bool is_dead(Index e) const { return edge(e) < kGrave; }
 
-    // Takes all the dead out, which are those given, in some order.
-    void release(std::vector<Index>& dead) {
+    // Takes all the dead out, which are those given, while none waits.
+    void release(const std::vector<Index>& dead) {
         timeline_.erase(dead);
         free_.insert(free_.end(), dead.begin(), dead.end());
         graves_.clear();

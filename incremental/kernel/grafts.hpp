@@ -78,9 +78,7 @@ class Grafts : public Captures {
     // queues it.
     bool is_rim(Index edge) const { return !is_inside(Mesh::triangle(t_.mesh().twin(edge))); }
     void queue_gates_into(Index x) {
-        for (Index side = 3 * x; side < 3 * x + 3; ++side) {
-            if (is_rim(side)) queue(side);
-        }
+        for (Index side = 3 * x; side < 3 * x + 3; ++side) queue_.push_back_if(is_rim(side), side);
     }
 
     // Gates f(edge) that lead to the vertex which a half-edge leaves, all that are open among them.
@@ -98,9 +96,17 @@ class Grafts : public Captures {
     void visit_gates_to(Index e, F&& f) const {
         visit_gates_around(Mesh::prev(forest_.edge(e)), f);
     }
-    void queue_gates_to(Index e) {
-        visit_gates_to(e, [&](Index gate) { queue(gate); });
+    void queue_gates_around(Index first) {
+        const Mesh& m = t_.mesh();
+        Index h = first;
+        do {
+            Index gate = Mesh::next(h);
+            bool is_inside_here = is_inside(Mesh::triangle(h));
+            queue_.push_back_if(is_inside_here & is_rim(gate), gate);
+            h = m.turn(h);
+        } while (h != first);
     }
+    void queue_gates_to(Index e) { queue_gates_around(Mesh::prev(forest_.edge(e))); }
 
     // The event behind the run that starts with r, or kNone.
     Index end_of_run(Index r) const { return forest_.first_as_large(r, forest_.gate(r)); }
@@ -116,7 +122,7 @@ class Grafts : public Captures {
         }
     }
 
-    std::vector<Index> queue_;    // gates to be offered
+    Array<Index> queue_;          // gates to be offered
     std::size_t work_ = 0;        // events that were looked at again
     std::vector<Index> inside_;   // those that moved
     std::vector<Index> outside_;  // and those that they passed, or others that matter

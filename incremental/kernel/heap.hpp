@@ -43,15 +43,26 @@ class Heap {
     void sink(std::size_t n, std::size_t size, const T& item) {
         for (std::size_t child = 4 * n + 1; child < size; child = 4 * n + 1) {
             fetch(4 * child + 1);
-            std::size_t best = child, end = std::min(child + 4, size);
-            while (++child < end) {
-                if (before_(items_[child], items_[best])) best = child;
-            }
+            std::size_t best = child + 4 <= size ? first_of_four(child) : first_of(child, size);
             if (!before_(items_[best], item)) break;
             items_[n] = items_[best];
             n = best;
         }
         items_[n] = item;
+    }
+
+    // Which of four is the first nobody can foresee, so there is no branch.
+    std::size_t first_of_four(std::size_t i) const {
+        std::size_t a = i + (before_(items_[i + 1], items_[i]) ? 1U : 0U);
+        std::size_t b = i + 2 + (before_(items_[i + 3], items_[i + 2]) ? 1U : 0U);
+        return a + (b - a) * (before_(items_[b], items_[a]) ? 1U : 0U);
+    }
+    std::size_t first_of(std::size_t i, std::size_t end) const {
+        std::size_t best = i;
+        while (++i < end) {
+            if (before_(items_[i], items_[best])) best = i;
+        }
+        return best;
     }
 
     // Fetches the children of four nodes, from their first one on.

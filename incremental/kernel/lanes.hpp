@@ -103,4 +103,38 @@ inline int lowest(std::int64_t bits) {
     return __builtin_ctzll(static_cast<unsigned long long>(bits));
 }
 
+// Sixteen numbers of 32 bits, and comparisons of all with one as bits 0 .. 15.
+class Sixteen {
+   public:
+    explicit Sixteen(const std::int32_t* first) {
+        for (std::size_t i = 0; i < 4; ++i) std::memcpy(&four_[i], first + 4 * i, sizeof four_[i]);
+    }
+    std::uint32_t equal(std::int32_t v) const {
+        return gathered([&](Fours f) { return f == v; });
+    }
+    std::uint32_t less(std::int32_t v) const {
+        return gathered([&](Fours f) { return f < v; });
+    }
+
+   private:
+    using Fours = std::int32_t __attribute__((vector_size(16)));
+
+    template <class F>
+    std::uint32_t gathered(F&& compare) const {
+#if defined(__SSE2__)
+        auto two = [&](std::size_t i) {
+            return _mm_packs_epi32(reinterpret_cast<__m128i>(compare(four_[i])),
+                                   reinterpret_cast<__m128i>(compare(four_[i + 1])));
+        };
+        return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(two(0), two(2))));
+#else
+        std::uint32_t bits = 0;
+        for (unsigned i = 0; i < 16; ++i) bits |= (compare(four_[i / 4])[i % 4] & 1U) << i;
+        return bits;
+#endif
+    }
+
+    std::array<Fours, 4> four_;
+};
+
 }  // namespace flintknap

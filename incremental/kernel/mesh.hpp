@@ -37,16 +37,22 @@ constexpr Index kFree = -2;  // origin of the first half-edge of a triangle that
 
 inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+// One of two, without a branch: for what nobody can foresee.
+inline Index chosen(bool first, Index a, Index b) {
+    return b ^ ((a ^ b) & -static_cast<Index>(first));
+}
+
 class Mesh {
    public:
     struct HalfEdge {
         Index origin, twin;
     };
 
-    // Of numbers that are known not to be negative: it takes less to divide those.
+    // Of numbers that are known not to be negative: it takes less to divide those. Which of three
+    // it is nobody can foresee, so there is no branch.
     static Index triangle(Index h) { return static_cast<Index>(count(h) / 3); }
-    static Index next(Index h) { return count(h) % 3 == 2 ? h - 2 : h + 1; }
-    static Index prev(Index h) { return count(h) % 3 == 0 ? h + 2 : h - 1; }
+    static Index next(Index h) { return h + 1 - 3 * static_cast<Index>(count(h) % 3 / 2); }
+    static Index prev(Index h) { return h + 2 - 3 * static_cast<Index>((count(h) % 3 + 1) / 2); }
 
     Index origin(Index h) const { return edges_[at(h)].origin; }
     Index twin(Index h) const { return edges_[at(h)].twin; }

@@ -34,9 +34,7 @@ class Timeline : public Blocks<Keys> {
     bool before(Index a, Index b) const {
         Index p = leaf_of(a), q = leaf_of(b);
         if (p == q) return place_in(p, a) < place_in(p, b);
-        Index over_a = node(p).parent, over_b = node(q).parent;
-        return over_a == over_b ? node(p).place < node(q).place
-                                : node(over_a).label < node(over_b).label;
+        return place_of_leaf(p) < place_of_leaf(q);
     }
 
     // The neighbours of an event, or kNone.
@@ -97,19 +95,22 @@ class Timeline : public Blocks<Keys> {
         put({{e}, {coarse_key(keys_.key(e))}, 1, 0}, other);
     }
 
-    // Takes events out, those of a leaf at once; puts them in some order. Not the whole tree.
-    void erase(std::vector<Index>& events) {
-        std::sort(events.begin(), events.end(),
-                  [&](Index a, Index b) { return leaf_of(a) < leaf_of(b); });
-        for (auto e = events.begin(); e != events.end();) {
-            Index n = leaf_of(*e);
-            std::uint64_t gone = 0;
-            for (; e != events.end() && leaf_of(*e) == n; ++e) {
-                gone |= std::uint64_t{1} << place_in(n, *e);
-                unseat(*e);
-            }
-            sift(n, gone);
-            tidy(n);
+    // Takes events out, those of a leaf at once. Not the whole tree, and not while some wait: those
+    // that are to go are noted as such meanwhile.
+    void erase(const std::vector<Index>& events) {
+        leaves_.clear();
+        for (Index e : events) {
+            Index n = leaf_of(e);
+            if (node(n).waiting == 0) leaves_.push_back(n);
+            set_bit(n, place_in(n, e), true);
+            unseat(e);
+        }
+        for (Index& n : leaves_) {
+            sift(n);
+            n = correct(n);
+        }
+        for (Index n : leaves_) {
+            if (!is_free(n)) join_up(n);
         }
     }
 
@@ -147,6 +148,7 @@ class Timeline : public Blocks<Keys> {
    private:
     using Base = Blocks<Keys>;
     using Base::admit;
+    using Base::as_bits;
     using Base::bits_below;
     using Base::close;
     using Base::cut_before;
@@ -154,6 +156,7 @@ class Timeline : public Blocks<Keys> {
     using Base::glue;
     using Base::halve;
     using Base::has_seat;
+    using Base::is_free;
     using Base::join_with_next;
     using Base::keys_;
     using Base::kRoom;
@@ -178,6 +181,14 @@ class Timeline : public Blocks<Keys> {
     using Base::twig_of;
     using Base::unseat;
 
+    std::vector<Index> leaves_;  // of those that are taken out
+
+    // Rises along the leaves: the label of the twig above and the place there.
+    std::uint64_t place_of_leaf(Index n) const {
+        std::uint64_t label = node(node(n).parent).label;
+        return label << 8 | static_cast<std::uint64_t>(node(n).place);
+    }
+
     static constexpr Index kFew = kRoom / 2;  // events that are moved at once
 
     // Some events that were one after the other, and as bits which of them wait.
@@ -192,10 +203,16 @@ class Timeline : public Blocks<Keys> {
     template <class F>
     Index first_item(Index n, Index i, Coarse key, F&& reaches) const {
         const auto& x = node(n);
-        for (; i < x.count && x.keys[i] <= key; ++i) {
-            if (x.keys[i] == key && reaches(largest_in(n, i))) break;
+        for (; i < x.count; i += 16) {
+            Index first = std::min(i, kRoom - 16);
+            std::uint64_t large = ~std::uint64_t{Sixteen(x.keys + first).less(key)};
+            large &= bits_below(std::min(x.count - first, 16)) & ~bits_below(i - first);
+            for (; large != 0; large &= large - 1) {
+                Index found = first + first_bit(large);
+                if (x.keys[found] > key || reaches(largest_in(n, found))) return found;
+            }
         }
-        return i;
+        return x.count;
     }
 
     // Whether a run has no more than kFew events.
@@ -230,24 +247,23 @@ class Timeline : public Blocks<Keys> {
     // Of a leaf k events, from the i-th on, which have no seats any more.
     void remove(Index n, Index i, Index k) {
         close(n, i, k);
-        tidy(n);
+        join_up(correct(n));
     }
-    // Of a leaf some events, as bits, in one pass.
-    void sift(Index n, std::uint64_t gone) {
+    // Of a leaf those that are noted, in one pass.
+    void sift(Index n) {
         auto& x = nodes_[at(n)];
+        std::uint64_t gone = std::exchange(x.waiting, 0);
         Index kept = first_bit(gone);
-        std::uint64_t waiting = x.waiting & bits_below(kept), stay = ~gone;
         for (Index i = kept; i < x.count; ++i) {
             x.items[kept] = x.items[i];
             x.keys[kept] = x.keys[i];
-            waiting |= (x.waiting & stay) >> i << 63 >> (63 - kept);
-            kept += static_cast<Index>(stay >> i & 1);
+            kept += static_cast<Index>(~gone >> i & 1);
         }
-        x.waiting = waiting;
         x.count = static_cast<std::int8_t>(kept);
     }
-    // After events have left a leaf.
-    void tidy(Index n) {
+    // Tells those above a leaf what has left it, and removes what is empty. Returns the lowest of
+    // them that is not.
+    Index correct(Index n) {
         while (node(n).count == 0) {
             Index p = node(n).parent;
             close(p, node(n).place, 1);
@@ -258,6 +274,10 @@ class Timeline : public Blocks<Keys> {
             pull(p);
             tell_parent(p);
         }
+        return n;
+    }
+    // Joins what has become small, from a node upwards.
+    void join_up(Index n) {
         for (; n != kNone; n = node(n).parent) join_with_next(n);
     }
 
