@@ -142,8 +142,14 @@ class Blocks {
     }
     __attribute__((noinline)) Index search(Index leaf, Index e) const {
         const Node& x = node(leaf);
-        std::uint64_t here = as_bits(x.items, [&](Sixteen s) { return s.equal(e); });
-        Index i = first_bit(here & bits_below(x.count));
+        Index guess = static_cast<Index>(seats_[at(e)].place);
+        Index first = larger(0, smaller(guess - 8, kRoom - 16));
+        std::uint64_t here = std::uint64_t{Sixteen(x.items + first).equal(e)} << first;
+        here &= bits_below(x.count);
+        if (here == 0) {
+            here = as_bits(x.items, [&](Sixteen s) { return s.equal(e); }) & bits_below(x.count);
+        }
+        Index i = first_bit(here);
         seats_[at(e)].place = static_cast<unsigned>(i) & 63U;
         return i;
     }

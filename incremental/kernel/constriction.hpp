@@ -110,7 +110,7 @@ class Constriction : public Rafts {
         std::int64_t enough = touched_ + t_.size();
         work_ = 0;
         forest_.open();
-        now_ = Forest::kRoot;
+        forest_.set_now(Forest::kRoot);
         forget_place();
         for (const std::vector<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
@@ -220,8 +220,8 @@ class Constriction : public Rafts {
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
-        if (holder != kNone && has_happened(holder)) return;
-        if (has_happened(parent)) {
+        if (holder != kNone && forest_.has_happened(holder)) return;
+        if (forest_.has_happened(parent)) {
             if (!is_before_place(holder, edge)) open_.push(make_gate(t_, edge));
         } else if (holder == kNone || !forest_.earlier(holder, parent) ||
                    forest_.is_adrift(parent)) {
@@ -233,10 +233,8 @@ class Constriction : public Rafts {
     bool is_before_place(Index e, Index edge) const {
         if (e == kNone || forest_.is_adrift(e)) return false;
         double floor = key_floor(t_, edge);
-        return forest_.key(e) < floor && forest_.earlier(e, forest_.first_as_large(now_, floor));
+        return forest_.key(e) < floor && forest_.earlier(e, forest_.first_as_large(forest_.now(), floor));
     }
-
-    bool has_happened(Index e) const { return e == now_ || forest_.earlier(e, now_); }
 
     // Fetches what the gates of which the i-th is next will look at.
     [[gnu::always_inline]] void fetch_ahead(std::size_t i) const {
@@ -262,7 +260,7 @@ class Constriction : public Rafts {
     // or offers its gates. False if nothing is left to do.
     bool proceed() {
         while (!open_.empty() && !is_wanted(open_.top())) pop();
-        Index e = has_raft() ? forest_.next(now_) : forest_.first_waiting();
+        Index e = has_raft() ? forest_.next(forest_.now()) : forest_.first_waiting();
         if (has_raft()) {
             if (starts_raft(e) && !is_orphan(e)) {
                 leave();
@@ -282,11 +280,11 @@ class Constriction : public Rafts {
         }
         if (e == kNone) return false;
         if (is_orphan(e)) {
-            now_ = forest_.previous(forest_.is_adrift(e) ? Forest::kNever : e);
+            forest_.set_now(forest_.previous(forest_.is_adrift(e) ? Forest::kNever : e));
             settle(e);
             return true;
         }
-        now_ = e;
+        forest_.set_now(e);
         if (forest_.is_dead(e)) return true;
         if (forest_.waits(e)) {
             forest_.set_waiting(e, false);
@@ -300,7 +298,7 @@ class Constriction : public Rafts {
     // The place of the gate that is next, which stays as long as that is next and nothing moves.
     Index place_of(Gate gate) {
         if (std::exchange(placed_, gate.edge) != gate.edge) {
-            place_ = forest_.first_as_large(now_, gate);
+            place_ = forest_.first_as_large(forest_.now(), gate);
         }
         return place_;
     }
@@ -312,14 +310,15 @@ class Constriction : public Rafts {
 
     bool is_wanted(Gate gate) const {
         Index holder = holder_[at(t_.mesh().apex(gate.edge))];
-        return is_inside(Mesh::triangle(gate.edge)) && (holder == kNone || !has_happened(holder));
+        return is_inside(Mesh::triangle(gate.edge)) && (holder == kNone || !forest_.has_happened(holder));
     }
 
     void capture(Gate gate, Index place) {
         Index x = Mesh::triangle(gate.edge), target = t_.mesh().apex(gate.edge);
         if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
         Index e = forest_.add(gate, opener(gate.edge), place);
-        now_ = event_of_[at(x)] = e;
+        event_of_[at(x)] = e;
+        forest_.set_now(e);
         hold(target, e);
         ++touched_;
         changed_.push_back(x);
@@ -331,7 +330,7 @@ class Constriction : public Rafts {
     void settle(Index e) {
         forget_place();
         Index parent = opener(forest_.edge(e));
-        if (parent != kNone && has_happened(parent)) return graft(e, parent);
+        if (parent != kNone && forest_.has_happened(parent)) return graft(e, parent);
         if (forest_.is_adrift(e)) {
             put_back(e);
             queue_gates_at_freed();
@@ -347,10 +346,12 @@ class Constriction : public Rafts {
     void set_adrift(Index e, Index parent) {
         forest_.set_parent(e, parent);
         inside_.clear();
-        for (Index x = e, end = end_of_run(e); x != end && (x == e || !is_orphan(x));
-             x = forest_.next(x)) {
-            inside_.push_back(x);
-        }
+        Index end = end_of_run(e);
+        auto x = forest_.cursor(e);
+        do {
+            inside_.push_back(x.event());
+            x.advance();
+        } while (x.event() != end && !is_orphan(x.event()));
         Index after = parent == kNone ? Forest::kNever : parent;
         forest_.move(e, inside_.back(), forest_.first_as_large(after, forest_.gate(e)));
         for (std::size_t i = 0; i < inside_.size(); ++i) {
@@ -392,7 +393,6 @@ class Constriction : public Rafts {
     // to be offered.
     std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
     Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
-    Index now_ = Forest::kRoot;  // the last event that has happened, as far as the repair is
     struct Smaller {
         const Triangulation& t;
         bool operator()(Gate a, Gate b) const { return smaller(t, a, b); }

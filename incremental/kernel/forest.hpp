@@ -47,9 +47,7 @@ inline double key_floor(const Triangulation& t, Index edge) {
     return cotangent_floor(t.site(m.origin(edge)), t.site(m.target(edge)), t.site(m.apex(edge)));
 }
 
-// A strict total order: by key, then by the coordinates of apex, origin and target.
-inline bool smaller(const Triangulation& t, Gate a, Gate b) {
-    if (a.key != b.key) return a.key < b.key;
+[[gnu::noinline]] inline bool comes_first(const Triangulation& t, Gate a, Gate b) {
     if (a.edge == b.edge) return false;
     const Mesh& m = t.mesh();
     Index k = m.apex(a.edge), l = m.apex(b.edge);
@@ -57,6 +55,11 @@ inline bool smaller(const Triangulation& t, Gate a, Gate b) {
     k = m.origin(a.edge), l = m.origin(b.edge);
     if (k != l) return t.site(k) < t.site(l);
     return t.site(m.target(a.edge)) < t.site(m.target(b.edge));
+}
+
+// A strict total order: by key, then by the coordinates of apex, origin and target.
+inline bool smaller(const Triangulation& t, Gate a, Gate b) {
+    return a.key != b.key ? a.key < b.key : comes_first(t, a, b);
 }
 
 class Forest {
@@ -113,6 +116,10 @@ class Forest {
     }
 
     bool earlier(Index a, Index b) const { return timeline_.before(a, b); }
+    // The last event that has happened, while time goes on; and whether another one has.
+    Index now() const { return timeline_.present(); }
+    void set_now(Index e) { timeline_.set_present(e); }
+    bool has_happened(Index e) const { return timeline_.is_past_or_present(e); }
     bool is_adrift(Index e) const { return earlier(kNever, e); }
     // The first event after e that is not smaller than a gate, or kNone: before it the gate has its
     // place if e opens it.
@@ -130,6 +137,7 @@ class Forest {
     Index next(Index e) const { return timeline_.next(e); }
     Index previous(Index e) const { return timeline_.previous(e); }
     Index last() const { return timeline_.last(); }
+    Timeline<Forest>::Cursor cursor(Index e) const { return {timeline_, e}; }
     // Moves a run of events before another one, or behind all (kNone).
     void move(Index first, Index last, Index other) { timeline_.move(first, last, other); }
 
@@ -141,7 +149,8 @@ class Forest {
     template <class F>
     void visit(F&& f) const {
         if (is_open()) {
-            for (Index e = next(kRoot); e != kNever; e = next(e)) f(e);
+            auto e = cursor(kRoot);
+            for (e.advance(); e.event() != kNever; e.advance()) f(e.event());
         } else {
             for (std::size_t e = 2; e < events_.size(); ++e) f(static_cast<Index>(e));
         }

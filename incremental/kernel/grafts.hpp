@@ -134,8 +134,9 @@ class Grafts : public Captures {
 
     // Adds a run to the list of what has moved.
     void list(Run run) {
-        inside_.push_back(run.first);
-        while (inside_.back() != run.last) inside_.push_back(forest_.next(inside_.back()));
+        auto x = forest_.cursor(run.first);
+        for (; x.event() != run.last; x.advance()) inside_.push_back(x.event());
+        inside_.push_back(run.last);
     }
 
     // Whether an event is in one of the runs to be moved, which are in order.
@@ -208,19 +209,21 @@ class Grafts : public Captures {
         inside_.clear();
         outside_.clear();
         auto run = runs_.begin(), passed = run;
-        for (Index in = run->first, out = from; run != runs_.end();) {
-            while (passed != runs_.end() && out == passed->first) {
-                out = forest_.next(passed->last);
+        auto in = forest_.cursor(run->first), out = forest_.cursor(from);
+        while (run != runs_.end()) {
+            while (passed != runs_.end() && out.event() == passed->first) {
+                out = forest_.cursor(passed->last);
+                out.advance();
                 ++passed;
             }
-            if (out == to) break;
-            outside_.push_back(out);
-            out = forest_.next(out);
-            inside_.push_back(in);
-            if (in != run->last) {
-                in = forest_.next(in);
+            if (out.event() == to) break;
+            outside_.push_back(out.event());
+            out.advance();
+            inside_.push_back(in.event());
+            if (in.event() != run->last) {
+                in.advance();
             } else if (++run != runs_.end()) {
-                in = run->first;
+                in = forest_.cursor(run->first);
             }
         }
         auto queue_small = [&](Index gate) {

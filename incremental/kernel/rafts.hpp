@@ -79,8 +79,9 @@ class Rafts : public Grafts {
 
     // Offers all gates that lead to the raft, which is none any more.
     void offer_raft() {
-        for (Index x = raft_.first, end = forest_.next(raft_.last); x != end; x = forest_.next(x)) {
-            if (!forest_.is_dead(x)) queue_gates_to(x);
+        Index end = forest_.next(raft_.last);
+        for (auto x = forest_.cursor(raft_.first); x.event() != end; x.advance()) {
+            if (!forest_.is_dead(x.event())) queue_gates_to(x.event());
         }
         work_ += aboard_;
         leave();
@@ -114,11 +115,12 @@ class Rafts : public Grafts {
     // What else is adrift. False if that is more than those that have moved.
     bool list_others_adrift() {
         outside_.clear();
-        for (Index x = forest_.next(Forest::kNever); x != kNone; x = forest_.next(x)) {
-            if (x == inside_.front()) {
-                x = inside_.back();
+        auto x = forest_.cursor(Forest::kNever);
+        for (x.advance(); x.event() != kNone; x.advance()) {
+            if (x.event() == inside_.front()) {
+                x = forest_.cursor(inside_.back());
             } else {
-                outside_.push_back(x);
+                outside_.push_back(x.event());
             }
             if (outside_.size() > inside_.size()) return false;
         }

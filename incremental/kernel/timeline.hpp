@@ -33,8 +33,16 @@ class Timeline : public Blocks<Keys> {
     // Whether a comes before b. O(1).
     bool before(Index a, Index b) const {
         Index p = leaf_of(a), q = leaf_of(b);
-        if (p == q) return place_in(p, a) < place_in(p, b);
-        return place_of_leaf(p) < place_of_leaf(q);
+        return p == q ? before_in_leaf(p, a, b) : order_of(p) < order_of(q);
+    }
+
+    // The present: an event with which many are compared. O(1), and less than before(e, present()).
+    Index present() const { return present_.event; }
+    void set_present(Index e) { present_ = {e, kNone, 0, 0}; }
+    bool is_past_or_present(Index e) const {
+        Present now = locate_present();
+        Index n = leaf_of(e);
+        return n == now.leaf ? place_in(n, e) <= now.place : order_of(n) < now.order;
     }
 
     // The neighbours of an event, or kNone.
@@ -50,6 +58,23 @@ class Timeline : public Blocks<Keys> {
         n = node_before(n);
         return n == kNone ? kNone : node(n).items[node(n).count - 1];
     }
+    // A place in the sequence, to go along it from an event on; good until something changes.
+    class Cursor {
+       public:
+        Cursor(const Timeline& timeline, Index e)
+            : timeline_(&timeline), leaf_(timeline.leaf_of(e)), place_(timeline.place_in(leaf_, e)) {}
+        // The event there, or kNone behind the last one.
+        Index event() const { return leaf_ == kNone ? kNone : timeline_->node(leaf_).items[place_]; }
+        void advance() {
+            if (++place_ < timeline_->node(leaf_).count) return;
+            leaf_ = timeline_->node_behind(leaf_);
+            place_ = 0;
+        }
+
+       private:
+        const Timeline* timeline_;
+        Index leaf_, place_;
+    };
     Index last() const {
         Index n = last_in(root_, 0);
         return node(n).items[node(n).count - 1];
@@ -91,6 +116,7 @@ class Timeline : public Blocks<Keys> {
 
     // Puts a new event before another one, or behind the last (kNone).
     void insert(Index e, Index other) {
+        forget_present();
         admit(e);
         put({{e}, {coarse_key(keys_.key(e))}, 1, 0}, other);
     }
@@ -98,6 +124,7 @@ class Timeline : public Blocks<Keys> {
     // Takes events out, those of a leaf at once. Not the whole tree, and not while some wait: those
     // that are to go are noted as such meanwhile.
     void erase(const std::vector<Index>& events) {
+        forget_present();
         leaves_.clear();
         for (Index e : events) {
             Index n = leaf_of(e);
@@ -117,6 +144,7 @@ class Timeline : public Blocks<Keys> {
     // Moves the run of events from `first` to `last` before another one that is not in it, or
     // behind all (kNone). Not the whole tree.
     void move(Index first, Index last, Index other) {
+        forget_present();
         if (is_few(first, last)) return put(lift(first, last), other);
         Index behind = next(last);
         auto [head, run] = cut_before(first);
@@ -183,11 +211,32 @@ class Timeline : public Blocks<Keys> {
 
     std::vector<Index> leaves_;  // of those that are taken out
 
-    // Rises along the leaves: the label of the twig above and the place there.
-    std::uint64_t place_of_leaf(Index n) const {
+    // By itself, so that the other case, which is short, needs no registers saved.
+    [[gnu::noinline]] bool before_in_leaf(Index n, Index a, Index b) const {
+        return place_in(n, a) < place_in(n, b);
+    }
+    // Rises along the leaves of which there are several: the label above, and the place there.
+    std::uint64_t order_of(Index n) const {
         std::uint64_t label = node(node(n).parent).label;
         return label << 8 | static_cast<std::uint64_t>(node(n).place);
     }
+
+    // Where the present is; its leaf is kNone until that is asked for, and after every change.
+    struct Present {
+        Index event, leaf, place;
+        std::uint64_t order;
+    };
+    const Present& locate_present() const {
+        if (present_.leaf == kNone) {
+            Index n = leaf_of(present_.event);
+            present_.place = place_in(n, present_.event);
+            present_.order = node(n).parent == kNone ? 0 : order_of(n);
+            present_.leaf = n;
+        }
+        return present_;
+    }
+    void forget_present() { present_.leaf = kNone; }
+    mutable Present present_ = {kNone, kNone, 0, 0};
 
     static constexpr Index kFew = kRoom / 2;  // events that are moved at once
 
