@@ -94,6 +94,7 @@ class Array {
     const T* end() const { return items_ + size_; }
     T& operator[](std::size_t n) { return items_[n]; }
     const T& operator[](std::size_t n) const { return items_[n]; }
+    const T& front() const { return items_[0]; }
     T& back() { return items_[size_ - 1]; }
     const T& back() const { return items_[size_ - 1]; }
 
@@ -105,17 +106,12 @@ class Array {
         capacity_ = room;
     }
     void push_back(const T& item) {
-        if (size_ == capacity_) {
-            T kept = item;  // which may lie in here
-            reserve(size_ + 1);
-            items_[size_++] = kept;
-        } else {
-            items_[size_++] = item;
-        }
+        if (size_ == capacity_) return grow_by(item);
+        items_[size_++] = item;
     }
     // Adds an item, or does not: without a branch, for what nobody can foresee.
     void push_back_if(bool wanted, T item) {
-        if (size_ == capacity_) reserve(size_ + 1);
+        if (size_ == capacity_) make_room();
         items_[size_] = item;
         size_ += wanted ? 1 : 0;
     }
@@ -137,6 +133,14 @@ class Array {
     }
 
    private:
+    // By themselves, so that what is done mostly is short where it stands.
+    [[gnu::noinline]] void make_room() { reserve(size_ + 1); }
+    [[gnu::noinline]] void grow_by(const T& item) {
+        T kept = item;  // which may lie in here
+        reserve(size_ + 1);
+        items_[size_++] = kept;
+    }
+
     T* items_ = nullptr;
     std::size_t size_ = 0, capacity_ = 0;
 };

@@ -61,8 +61,8 @@ class Constriction : public Rafts {
     void destroying(const Array<Index>& triangles) {
         const Mesh& m = t_.mesh();
         forest_.open();
-        destroyed_.insert(destroyed_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
+            destroyed_.push_back(x);
             if (!m.is_ghost(x)) {
                 if (event_of_[at(x)] != kNone) kill(event_of_[at(x)]);
                 continue;
@@ -80,8 +80,8 @@ class Constriction : public Rafts {
         const Mesh& m = t_.mesh();
         forest_.open();
         event_of_.resize(at(m.triangles()), kNone);
-        created_.insert(created_.end(), triangles.begin(), triangles.end());
         for (Index x : triangles) {
+            created_.push_back(x);
             if (!m.is_ghost(x)) continue;
             event_of_[at(x)] = Forest::kRoot;
             Index h = m.hull_edge(x);
@@ -112,7 +112,7 @@ class Constriction : public Rafts {
         forest_.open();
         forest_.set_now(Forest::kRoot);
         forget_place();
-        for (const std::vector<Index>* triangles : {&created_, &changed_}) {
+        for (const Array<Index>* triangles : {&created_, &changed_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
                 if (m.is_ghost(x)) {
@@ -144,10 +144,10 @@ class Constriction : public Rafts {
     // What has changed since forget_changes: triangles that went and that came (some of which may
     // be gone again), some that left the object or joined it or did both, and vertices some of
     // which have no holder any more.
-    const std::vector<Index>& destroyed() const { return destroyed_; }
-    const std::vector<Index>& created() const { return created_; }
-    const std::vector<Index>& changed() const { return changed_; }
-    const std::vector<Index>& loosened() const { return loosened_; }
+    const Array<Index>& destroyed() const { return destroyed_; }
+    const Array<Index>& created() const { return created_; }
+    const Array<Index>& changed() const { return changed_; }
+    const Array<Index>& loosened() const { return loosened_; }
 
     void forget_changes() {
         destroyed_.clear();
@@ -391,7 +391,7 @@ class Constriction : public Rafts {
     // A change in progress: triangles that went, that came, others that changed sides, vertices
     // that lost their holder, those of them whose gates are still to be offered, dead events, gates
     // to be offered.
-    std::vector<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
+    Array<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
     Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
     struct Smaller {
         const Triangulation& t;

@@ -169,7 +169,7 @@ class Forest {
     bool is_dead(Index e) const { return edge(e) < kGrave; }
 
     // Takes all the dead out, which are those given, while none waits.
-    void release(const std::vector<Index>& dead) {
+    void release(const Array<Index>& dead) {
         timeline_.erase(dead);
         free_.insert(free_.end(), dead.begin(), dead.end());
         graves_.clear();

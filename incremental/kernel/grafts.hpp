@@ -50,7 +50,7 @@ class Grafts : public Captures {
     }
 
     // Fetches what those events will be asked for of which the i-th is next.
-    [[gnu::always_inline]] void fetch_events_ahead(const std::vector<Index>& events,
+    [[gnu::always_inline]] void fetch_events_ahead(const Array<Index>& events,
                                                    std::size_t i) const {
         const Mesh& m = t_.mesh();
         auto edge = [&](std::size_t k) { return k < events.size() ? forest_.edge(events[k]) : -1; };
@@ -124,8 +124,8 @@ class Grafts : public Captures {
 
     Array<Index> queue_;          // gates to be offered
     std::size_t work_ = 0;        // events that were looked at again
-    std::vector<Index> inside_;   // those that moved
-    std::vector<Index> outside_;  // and those that they passed, or others that matter
+    Array<Index> inside_;         // those that moved
+    Array<Index> outside_;        // and those that they passed, or others that matter
 
    private:
     Index last_before(Index end) const {
@@ -231,7 +231,7 @@ class Grafts : public Captures {
             if (key_floor(t_, gate) <= largest) queue(gate);
         };
         bool are_fewer_inside = run == runs_.end();
-        const std::vector<Index>& events = are_fewer_inside ? inside_ : outside_;
+        const Array<Index>& events = are_fewer_inside ? inside_ : outside_;
         for (std::size_t i = 0; i < events.size(); ++i) {
             fetch_events_ahead(events, i);
             if (forest_.is_dead(events[i])) continue;

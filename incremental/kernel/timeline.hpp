@@ -99,9 +99,7 @@ class Timeline : public Blocks<Keys> {
     }
 
     // Whether an event waits; the first that does, or kNone. None does at first.
-    bool waits(Index e) const {
-        return (node(leaf_of(e)).waiting >> place_in(leaf_of(e), e) & 1) != 0;
-    }
+    bool waits(Index e) const { return bit(leaf_of(e), place_in(leaf_of(e), e)); }
     Index first_waiting() const {
         Index n = root_;
         if (node(n).waiting == 0) return kNone;
@@ -109,8 +107,9 @@ class Timeline : public Blocks<Keys> {
         return node(n).items[first_bit(node(n).waiting)];
     }
     void set_waiting(Index e, bool waits) {
-        Index n = leaf_of(e);
-        set_bit(n, place_in(n, e), waits);
+        Index n = leaf_of(e), i = place_in(n, e);
+        if (bit(n, i) == waits) return;
+        set_bit(n, i, waits);
         tell_who_waits(n);
     }
 
@@ -123,7 +122,7 @@ class Timeline : public Blocks<Keys> {
 
     // Takes events out, those of a leaf at once. Not the whole tree, and not while some wait: those
     // that are to go are noted as such meanwhile.
-    void erase(const std::vector<Index>& events) {
+    void erase(const Array<Index>& events) {
         forget_present();
         leaves_.clear();
         for (Index e : events) {
@@ -177,6 +176,7 @@ class Timeline : public Blocks<Keys> {
     using Base = Blocks<Keys>;
     using Base::admit;
     using Base::as_bits;
+    using Base::bit;
     using Base::bits_below;
     using Base::close;
     using Base::cut_before;
@@ -209,7 +209,7 @@ class Timeline : public Blocks<Keys> {
     using Base::twig_of;
     using Base::unseat;
 
-    std::vector<Index> leaves_;  // of those that are taken out
+    Array<Index> leaves_;  // of those that are taken out
 
     // By itself, so that the other case, which is short, needs no registers saved.
     [[gnu::noinline]] bool before_in_leaf(Index n, Index a, Index b) const {
