@@ -347,11 +347,11 @@ class Constriction : public Rafts {
         forest_.set_parent(e, parent);
         inside_.clear();
         Index end = end_of_run(e);
-        auto x = forest_.cursor(e);
+        auto run = forest_.cursor(e);
         do {
-            inside_.push_back(x.event());
-            x.advance();
-        } while (x.event() != end && !is_orphan(x.event()));
+            inside_.push_back(run.event());
+            run.advance();
+        } while (run.event() != end && !is_orphan(run.event()));
         Index after = parent == kNone ? Forest::kNever : parent;
         forest_.move(e, inside_.back(), forest_.first_as_large(after, forest_.gate(e)));
         for (std::size_t i = 0; i < inside_.size(); ++i) {

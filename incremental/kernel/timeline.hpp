@@ -217,8 +217,8 @@ class Timeline : public Blocks<Keys> {
     }
     // Rises along the leaves of which there are several: the label above, and the place there.
     std::uint64_t order_of(Index n) const {
-        std::uint64_t label = node(node(n).parent).label;
-        return label << 8 | static_cast<std::uint64_t>(node(n).place);
+        std::uint64_t above = node(node(n).parent).label;
+        return above << 8 | static_cast<std::uint64_t>(node(n).place);
     }
 
     // Where the present is; its leaf is kNone until that is asked for, and after every change.
