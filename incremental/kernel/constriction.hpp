@@ -211,22 +211,38 @@ class Constriction : public Rafts {
     void offer(Index edge) {
         Index parent = opener(edge);
         if (parent == kNone) return;
+        if (forest_.has_happened(parent)) return open(edge, parent);
         if (!is_inside(Mesh::triangle(edge))) {
-            Index e = entered_through(edge);
-            if (e != kNone && is_orphan(e) && !forest_.is_adrift(parent)) {
-                forget_place();
-                graft(e, parent);
-            }
+            if (is_orphan_behind(edge) && !forest_.is_adrift(parent)) graft_behind(edge, parent);
+            return;
+        }
+        Index holder = holder_[at(t_.mesh().apex(edge))];
+        if (holder != kNone && forest_.earlier(holder, parent)) {
+            if (!forest_.is_adrift(parent) || forest_.has_happened(holder)) return;
+        }
+        forest_.set_waiting(parent, true);
+    }
+    // The same for a gate of an event that has happened.
+    void open(Index edge, Index parent) {
+        if (!is_inside(Mesh::triangle(edge))) {
+            if (is_orphan_behind(edge)) graft_behind(edge, parent);
             return;
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder != kNone && forest_.has_happened(holder)) return;
-        if (forest_.has_happened(parent)) {
-            if (!is_before_place(holder, edge)) open_.push(make_gate(t_, edge));
-        } else if (holder == kNone || !forest_.earlier(holder, parent) ||
-                   forest_.is_adrift(parent)) {
-            forest_.set_waiting(parent, true);
-        }
+        if (!is_before_place(holder, edge)) open_.push(make_gate(t_, edge));
+    }
+    void open_gates_of(Index e) {
+        for (Index gate : gates_of(e)) open(gate, e);
+    }
+
+    bool is_orphan_behind(Index edge) const {
+        Index e = entered_through(edge);
+        return e != kNone && is_orphan(e);
+    }
+    void graft_behind(Index edge, Index parent) {
+        forget_place();
+        graft(entered_through(edge), parent);
     }
 
     // Whether an event that is to come is surely before the place of a gate that stands open now.
@@ -288,7 +304,7 @@ class Constriction : public Rafts {
         if (forest_.is_dead(e)) return true;
         if (forest_.waits(e)) {
             forest_.set_waiting(e, false);
-            for (Index gate : gates_of(e)) queue(gate);
+            open_gates_of(e);
         } else {
             queue_gates_to_raft(e);
         }
@@ -323,7 +339,7 @@ class Constriction : public Rafts {
         ++touched_;
         changed_.push_back(x);
         queue_gates_at_freed();
-        for (Index opened : gates_of(e)) queue(opened);
+        open_gates_of(e);
     }
 
     // No gate led to an orphan by its time: it is set adrift, and ends if it is adrift.
