@@ -17,12 +17,38 @@ class Heap {
    public:
     explicit Heap(Before before) : before_(before) {}
 
-    bool empty() const { return items_.empty(); }
-    std::size_t size() const { return items_.size(); }
-    void clear() { items_.clear(); }
-    const T& top() const { return items_.front(); }
+    bool empty() const { return !has_first_ && items_.empty(); }
+    std::size_t size() const { return items_.size() + (has_first_ ? 1 : 0); }
+    void clear() {
+        items_.clear();
+        has_first_ = false;
+    }
+    const T& top() const { return has_first_ ? first_ : items_.front(); }
 
     void push(const T& item) {
+        if (has_first_) {
+            if (!before_(item, first_)) return put(item);
+            put(first_);
+        } else if (!items_.empty() && !before_(item, items_.front())) {
+            return put(item);
+        }
+        first_ = item;
+        has_first_ = true;
+    }
+
+    T pop() {
+        if (has_first_) {
+            has_first_ = false;
+            return first_;
+        }
+        T first = items_.front(), last = items_.back();
+        items_.pop_back();
+        if (!items_.empty()) sink(0, items_.size(), last);
+        return first;
+    }
+
+   private:
+    void put(const T& item) {
         items_.push_back(item);
         std::size_t n = items_.size() - 1;
         for (; n > 0 && before_(item, items_[(n - 1) / 4]); n = (n - 1) / 4) {
@@ -31,14 +57,6 @@ class Heap {
         items_[n] = item;
     }
 
-    T pop() {
-        T first = items_.front(), last = items_.back();
-        items_.pop_back();
-        if (!items_.empty()) sink(0, items_.size(), last);
-        return first;
-    }
-
-   private:
     // Puts an item at n or below.
     void sink(std::size_t n, std::size_t size, const T& item) {
         for (std::size_t child = 4 * n + 1; child < size; child = 4 * n + 1) {
@@ -74,6 +92,8 @@ class Heap {
     }
 
     Before before_;
+    T first_{};  // comes before all items, if there is one
+    bool has_first_ = false;
     std::vector<T> items_;
 };
 

@@ -117,7 +117,9 @@ class Timeline : public Blocks<Keys> {
     void insert(Index e, Index other) {
         forget_present();
         admit(e);
-        put({{e}, {coarse_key(keys_.key(e))}, 1, 0}, other);
+        Lifted one;
+        one.add(e, coarse_key(keys_.key(e)));
+        put(one, other);
     }
 
     // Takes events out, those of a leaf at once. Not the whole tree, and not while some wait: those
@@ -242,10 +244,17 @@ class Timeline : public Blocks<Keys> {
 
     // Some events that were one after the other, and as bits which of them wait.
     struct Lifted {
+        Lifted() {}  // and arrays are left as they are
+
         Index events[kFew];
         Coarse keys[kFew];
-        Index count;
-        std::uint64_t waiting;
+        Index count = 0;
+        std::uint64_t waiting = 0;
+
+        void add(Index e, Coarse key) {
+            keys[count] = key;
+            events[count++] = e;
+        }
     };
 
     // The first item from the i-th on that is or has an event that reaches, or the count.
@@ -276,7 +285,7 @@ class Timeline : public Blocks<Keys> {
 
     // Takes out a run of few events; not the whole tree.
     Lifted lift(Index first, Index last) {
-        Lifted run{{}, {}, 0, 0};
+        Lifted run;
         while (true) {
             Index n = leaf_of(first), i = place_in(n, first), end = node(n).count;
             bool is_last = n == leaf_of(last);
@@ -284,8 +293,7 @@ class Timeline : public Blocks<Keys> {
             Index behind = is_last ? kNone : node(node_behind(n)).items[0];
             run.waiting |= (node(n).waiting >> i & bits_below(end - i)) << run.count;
             for (Index k = i; k < end; ++k) {
-                run.keys[run.count] = node(n).keys[k];
-                run.events[run.count++] = node(n).items[k];
+                run.add(node(n).items[k], node(n).keys[k]);
                 unseat(node(n).items[k]);
             }
             remove(n, i, end - i);
