@@ -31,7 +31,7 @@ class Captures {
         : t_(triangulation), forest_(triangulation) {}
 
     // Whether triangle x belongs to the object: it is no ghost and was not removed.
-    bool is_inside(Index x) const { return event_of_[at(x)] == kNone; }
+    bool is_inside(Index x) const { return event_of_[at(x)] < 0; }
     bool on_ring(Index v) const { return holder_[at(v)] != kNone; }
     Index following(Index v) const { return following_[at(v)]; }
     [[gnu::always_inline]] void prefetch_following(Index v) const {
@@ -132,16 +132,19 @@ class Captures {
     }
 
    protected:
+    // Of a triangle that is in the object again, since its event has ended in a repair.
+    static constexpr Index kReturned = kNone - 1;
+
     // The event that entered its triangle through `edge`, or kNone.
     Index entered_through(Index edge) const {
         Index e = event_of_[at(Mesh::triangle(edge))];
-        return e != kNone && forest_.edge(e) == edge ? e : kNone;
+        return e >= 0 && forest_.edge(e) == edge ? e : kNone;
     }
 
     // The event through which gate `edge` stands open, the root beyond a hull edge; or kNone.
     Index opener(Index edge) const {
         Index o = t_.mesh().twin(edge), e = event_of_[at(Mesh::triangle(o))];
-        return e != kNone && forest_.edge(e) != o ? e : kNone;
+        return e >= 0 && forest_.edge(e) != o ? e : kNone;
     }
 
     void hold(Index v, Index event) {
@@ -151,7 +154,7 @@ class Captures {
 
     const Triangulation& t_;
     Forest forest_;
-    // By triangle: the event that removed it, or kNone; the root of a ghost.
+    // By triangle: the event that removed it, or kNone, or kReturned; the root of a ghost.
     Array<Index> event_of_;
     Array<Index> holder_;     // by vertex: the event that captured it, the root, or kNone
     Array<Index> following_;  // by vertex on the ring: the next one along it

@@ -64,7 +64,8 @@ class Constriction : public Rafts {
         for (Index x : triangles) {
             destroyed_.push_back(x);
             if (!m.is_ghost(x)) {
-                if (event_of_[at(x)] != kNone) kill(event_of_[at(x)]);
+                if (!is_inside(x)) kill(event_of_[at(x)]);
+                event_of_[at(x)] = kNone;
                 continue;
             }
             event_of_[at(x)] = kNone;
@@ -112,7 +113,7 @@ class Constriction : public Rafts {
         forest_.open();
         forest_.set_now(Forest::kRoot);
         forget_place();
-        for (const Array<Index>* triangles : {&created_, &changed_}) {
+        for (const Array<Index>* triangles : {&created_, &returned_}) {
             for (Index x : *triangles) {
                 if (m.is_free(x)) continue;  // gone again since
                 if (m.is_ghost(x)) {
@@ -131,6 +132,7 @@ class Constriction : public Rafts {
             }
             queue_.clear();
         } while (proceed());
+        list_returned();
         for (Index x : created_) mend_ring(x);
         for (Index x : changed_) mend_ring(x);
         for (Index v : loosened_) {
@@ -142,8 +144,8 @@ class Constriction : public Rafts {
     }
 
     // What has changed since forget_changes: triangles that went and that came (some of which may
-    // be gone again), some that left the object or joined it or did both, and vertices some of
-    // which have no holder any more.
+    // be gone again), others that left the object or joined it, some of which did both, and
+    // vertices some of which have no holder any more.
     const Array<Index>& destroyed() const { return destroyed_; }
     const Array<Index>& created() const { return created_; }
     const Array<Index>& changed() const { return changed_; }
@@ -153,6 +155,7 @@ class Constriction : public Rafts {
         destroyed_.clear();
         created_.clear();
         changed_.clear();
+        returned_.clear();
         loosened_.clear();
         freed_.clear();
         retired_.clear();
@@ -185,8 +188,8 @@ class Constriction : public Rafts {
     void kill(Index e) {
         Index edge = forest_.edge(e);
         visit_children(e, [&](Index child) { orphan(child); });
-        event_of_[at(Mesh::triangle(edge))] = kNone;
-        changed_.push_back(Mesh::triangle(edge));
+        event_of_[at(Mesh::triangle(edge))] = kReturned;
+        returned_.push_back(Mesh::triangle(edge));
         release(t_.mesh().apex(edge));
         forest_.set_waiting(e, false);
         forest_.die(e);
@@ -256,7 +259,7 @@ class Constriction : public Rafts {
     [[gnu::always_inline]] void fetch_ahead(std::size_t i) const {
         if ((i += kAhead) < queue_.size()) {
             Index o = t_.mesh().twin(queue_[i]), e = event_of_[at(Mesh::triangle(o))];
-            if (e != kNone) forest_.prefetch(e);
+            if (e >= 0) forest_.prefetch(e);
         }
         if ((i += kAhead) < queue_.size()) {
             Index o = t_.mesh().twin(queue_[i]), v = t_.mesh().apex(queue_[i]);
@@ -333,11 +336,11 @@ class Constriction : public Rafts {
         Index x = Mesh::triangle(gate.edge), target = t_.mesh().apex(gate.edge);
         if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
         Index e = forest_.add(gate, opener(gate.edge), place);
+        changed_.push_back_if(event_of_[at(x)] != kReturned, x);
         event_of_[at(x)] = e;
         forest_.set_now(e);
         hold(target, e);
         ++touched_;
-        changed_.push_back(x);
         queue_gates_at_freed();
         open_gates_of(e);
     }
@@ -386,6 +389,15 @@ class Constriction : public Rafts {
         }
     }
 
+    // Those of which the event ended have changed if no other one has come.
+    void list_returned() {
+        for (Index x : returned_) {
+            bool is_back = event_of_[at(x)] == kReturned;
+            changed_.push_back_if(is_back, x);
+            event_of_[at(x)] = chosen(is_back, kNone, event_of_[at(x)]);
+        }
+    }
+
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
     void mend_ring(Index x) {
         const Mesh& m = t_.mesh();
@@ -404,10 +416,10 @@ class Constriction : public Rafts {
 
     std::int64_t touched_ = 0;
     Links links_;
-    // A change in progress: triangles that went, that came, others that changed sides, vertices
-    // that lost their holder, those of them whose gates are still to be offered, dead events, gates
-    // to be offered.
-    Array<Index> destroyed_, created_, changed_, loosened_, freed_, retired_;
+    // A change in progress: triangles that went, that came, others that changed sides, and those of
+    // which the event ended; vertices that lost their holder, those of them whose gates are still to
+    // be offered, dead events.
+    Array<Index> destroyed_, created_, changed_, returned_, loosened_, freed_, retired_;
     Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
     struct Smaller {
         const Triangulation& t;
