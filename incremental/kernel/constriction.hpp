@@ -233,7 +233,7 @@ class Constriction : public Rafts {
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder != kNone && forest_.has_happened(holder)) return;
-        if (!is_before_place(holder, edge)) open_.push(make_gate(t_, edge));
+        open_.push(make_gate(t_, edge));
     }
     void open_gates_of(Index e) {
         for (Index gate : gates_of(e)) open(gate, e);
@@ -246,13 +246,6 @@ class Constriction : public Rafts {
     void graft_behind(Index edge, Index parent) {
         forget_place();
         graft(entered_through(edge), parent);
-    }
-
-    // Whether an event that is to come is surely before the place of a gate that stands open now.
-    bool is_before_place(Index e, Index edge) const {
-        if (e == kNone || forest_.is_adrift(e)) return false;
-        double floor = key_floor(t_, edge);
-        return forest_.key(e) < floor && forest_.earlier(e, forest_.first_as_large(forest_.now(), floor));
     }
 
     // Fetches what the gates of which the i-th is next will look at.
