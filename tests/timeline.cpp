@@ -52,7 +52,7 @@ class Model {
     }
     void put(std::size_t place) {
         Index e = new_event(random(40));
-        timeline_.insert(e, event(place));
+        timeline_.insert(e, keys_.key(e), event(place));
         list_.insert(list_.begin() + std::ptrdiff_t(place), e);
     }
     // Some of those from a place on, given in no order; two are left.

@@ -147,6 +147,17 @@ class Captures {
         return e >= 0 && forest_.edge(e) != o ? e : kNone;
     }
 
+    Opening opening(Index edge) const {
+        return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
+    }
+
+    // Fetches the triangles that gates lead to behind a gate.
+    [[gnu::always_inline]] void prefetch_behind(Index edge) const {
+        const Mesh& m = t_.mesh();
+        m.prefetch(m.twin(Mesh::next(edge)));
+        m.prefetch(m.twin(Mesh::prev(edge)));
+    }
+
     void hold(Index v, Index event) {
         if (holder_[at(v)] == kNone) --left_inside_;
         holder_[at(v)] = event;
@@ -161,23 +172,12 @@ class Captures {
     Index left_inside_ = 0;   // vertices without a holder
 
    private:
-    Opening opening(Index edge) const {
-        return {make_gate(t_, edge).key, edge, t_.mesh().apex(edge)};
-    }
-
     // Fetches what taking the opening will need first.
     [[gnu::always_inline]] void prefetch(const Opening& opening) const {
         __builtin_prefetch(&holder_[at(opening.apex)]);
         __builtin_prefetch(&event_of_[at(Mesh::triangle(opening.edge))]);
         t_.mesh().prefetch(opening.edge);
     }
-    // And then the triangles that gates lead to behind a gate.
-    [[gnu::always_inline]] void prefetch_behind(Index edge) const {
-        const Mesh& m = t_.mesh();
-        m.prefetch(m.twin(Mesh::next(edge)));
-        m.prefetch(m.twin(Mesh::prev(edge)));
-    }
-
     // Takes the opening, which is the smallest of all, and opens the gates behind it. One that is
     // smaller still is the next to take and need not pass through the others.
     Opening step(Opening taken, Openings& openings) {

@@ -233,7 +233,8 @@ class Constriction : public Rafts {
         }
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder != kNone && forest_.has_happened(holder)) return;
-        open_.push(make_gate(t_, edge));
+        prefetch_behind(edge);
+        open_.push(opening(edge));
     }
     void open_gates_of(Index e) {
         for (Index gate : gates_of(e)) open(gate, e);
@@ -281,12 +282,12 @@ class Constriction : public Rafts {
             if (unload(open_.empty() ? forest_.key(e) : open_.top().key, e)) return true;
         }
         if (!open_.empty()) {
-            Gate gate = open_.top();
-            Index place = place_of(gate);
+            Opening next = open_.top();
+            Index place = place_of(next.gate());
             if (e == kNone || !forest_.earlier(e, place)) {
                 pop();
-                Index holder = holder_[at(t_.mesh().apex(gate.edge))];
-                if (holder == kNone || !forest_.earlier(holder, place)) capture(gate, place);
+                Index holder = holder_[at(next.apex)];
+                if (holder == kNone || !forest_.earlier(holder, place)) capture(next, place);
                 return true;
             }
         }
@@ -320,15 +321,16 @@ class Constriction : public Rafts {
         open_.pop();
     }
 
-    bool is_wanted(Gate gate) const {
-        Index holder = holder_[at(t_.mesh().apex(gate.edge))];
-        return is_inside(Mesh::triangle(gate.edge)) && (holder == kNone || !forest_.has_happened(holder));
+    bool is_wanted(const Opening& next) const {
+        Index holder = holder_[at(next.apex)];
+        return is_inside(Mesh::triangle(next.edge)) &&
+               (holder == kNone || !forest_.has_happened(holder));
     }
 
-    void capture(Gate gate, Index place) {
-        Index x = Mesh::triangle(gate.edge), target = t_.mesh().apex(gate.edge);
+    void capture(const Opening& next, Index place) {
+        Index x = Mesh::triangle(next.edge), target = next.apex;
         if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
-        Index e = forest_.add(gate, opener(gate.edge), place);
+        Index e = forest_.add(next.gate(), opener(next.edge), place);
         changed_.push_back_if(event_of_[at(x)] != kReturned, x);
         event_of_[at(x)] = e;
         forest_.set_now(e);
@@ -414,11 +416,7 @@ class Constriction : public Rafts {
     // be offered, dead events.
     Array<Index> destroyed_, created_, changed_, returned_, loosened_, freed_, retired_;
     Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
-    struct Smaller {
-        const Triangulation& t;
-        bool operator()(Gate a, Gate b) const { return smaller(t, a, b); }
-    };
-    Heap<Gate, Smaller> open_{Smaller{t_}};  // gates of events that have happened
+    Heap<Opening, SmallerOpening> open_{SmallerOpening{t_}};  // gates of events that have happened
 };
 
 }  // namespace flintknap

@@ -111,7 +111,7 @@ class Forest {
         } else {
             events_.push_back({g.key, g.edge, parent});
         }
-        timeline_.insert(e, other);
+        timeline_.insert(e, g.key, other);
         return e;
     }
 

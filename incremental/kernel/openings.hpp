@@ -32,10 +32,16 @@ struct Opening {
     Index edge, apex;
     Gate gate() const { return {key, edge}; }
 };
+struct SmallerOpening {
+    const Triangulation& t;
+    bool operator()(const Opening& a, const Opening& b) const {
+        return smaller(t, a.gate(), b.gate());
+    }
+};
 
 class Openings {
    public:
-    explicit Openings(const Triangulation& t) : heap_(Smaller{t}) {
+    explicit Openings(const Triangulation& t) : heap_(SmallerOpening{t}) {
         std::size_t bins = 16;
         while (bins * kShare < at(t.size())) bins *= 2;
         bins_.assign(bins, kNone);
@@ -63,12 +69,6 @@ class Openings {
     static constexpr std::size_t kShare = 128;  // sites a bin
     static constexpr std::size_t kMost = 15;
 
-    struct Smaller {
-        const Triangulation& t;
-        bool operator()(const Opening& a, const Opening& b) const {
-            return smaller(t, a.gate(), b.gate());
-        }
-    };
     // Of the openings in a bin; of those not in use.
     struct Chunk {
         Opening openings[kMost];
@@ -112,7 +112,7 @@ class Openings {
         }
     }
 
-    Heap<Opening, Smaller> heap_;
+    Heap<Opening, SmallerOpening> heap_;
     std::size_t level_ = 0;
     Array<Index> bins_;  // the chunk filled last, or kNone
     Array<Chunk> chunks_;

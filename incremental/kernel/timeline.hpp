@@ -113,12 +113,12 @@ class Timeline : public Blocks<Keys> {
         tell_who_waits(n);
     }
 
-    // Puts a new event before another one, or behind the last (kNone).
-    void insert(Index e, Index other) {
+    // Puts a new event, with its key, before another one, or behind the last (kNone).
+    void insert(Index e, double key, Index other) {
         forget_present();
         admit(e);
         Lifted one;
-        one.add(e, coarse_key(keys_.key(e)));
+        one.add(e, coarse_key(key));
         put(one, other);
     }
 
