@@ -328,7 +328,13 @@ class Constriction : public Rafts {
     }
 
     void capture(const Opening& next, Index place) {
+        const Mesh& m = t_.mesh();
         Index x = Mesh::triangle(next.edge), target = next.apex;
+        for (Index side : {Mesh::next(next.edge), Mesh::prev(next.edge)}) {
+            Index gate = m.twin(side), v = m.apex(gate);
+            __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
+            if (v != kGhost) __builtin_prefetch(&holder_[at(v)]);
+        }
         if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
         Index e = forest_.add(next.gate(), opener(next.edge), place);
         changed_.push_back_if(event_of_[at(x)] != kReturned, x);
