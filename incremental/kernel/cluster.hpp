@@ -125,7 +125,7 @@ class Captor {
         keep(noticed_, c.sightings);
         const Mesh& m = t_.mesh();
         for (Index x : c.triangles) {
-            for (Index h = 3 * x; h < 3 * x + 3; ++h) {
+            for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
                 if (!c_.is_inside(Mesh::triangle(m.twin(h)))) c.rim.push_back(h);
             }
         }

@@ -404,7 +404,7 @@ class Constriction : public Rafts {
         const Mesh& m = t_.mesh();
         if (m.is_free(x)) return;
         bool inside = is_inside(x);
-        for (Index h = 3 * x; h < 3 * x + 3; ++h) {
+        for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
             Index o = m.twin(h);
             bool is_on_ring = inside != is_inside(Mesh::triangle(o));
             Index edge = chosen(inside, h, o), v = chosen(is_on_ring, m.origin(edge), 0);
@@ -418,8 +418,8 @@ class Constriction : public Rafts {
     std::int64_t touched_ = 0;
     Links links_;
     // A change in progress: triangles that went, that came, others that changed sides, and those of
-    // which the event ended; vertices that lost their holder, those of them whose gates are still to
-    // be offered, dead events.
+    // which the event ended; vertices that lost their holder, those of them whose gates are still
+    // to be offered, dead events.
     Array<Index> destroyed_, created_, changed_, returned_, loosened_, freed_, retired_;
     Index placed_ = kNone, place_ = kNone;  // the gate whose place is known, and the place
     Heap<Opening, SmallerOpening> open_{SmallerOpening{t_}};  // gates of events that have happened

@@ -78,7 +78,8 @@ class Grafts : public Captures {
     // queues it.
     bool is_rim(Index edge) const { return !is_inside(Mesh::triangle(t_.mesh().twin(edge))); }
     void queue_gates_into(Index x) {
-        for (Index side = 3 * x; side < 3 * x + 3; ++side) queue_.push_back_if(is_rim(side), side);
+        for (Index side = Mesh::first(x); side < Mesh::first(x) + 3; ++side)
+            queue_.push_back_if(is_rim(side), side);
     }
 
     // Gates f(edge) that lead to the vertex which a half-edge leaves, all that are open among them.
@@ -122,10 +123,10 @@ class Grafts : public Captures {
         }
     }
 
-    Array<Index> queue_;          // gates to be offered
-    std::size_t work_ = 0;        // events that were looked at again
-    Array<Index> inside_;         // those that moved
-    Array<Index> outside_;        // and those that they passed, or others that matter
+    Array<Index> queue_;    // gates to be offered
+    std::size_t work_ = 0;  // events that were looked at again
+    Array<Index> inside_;   // those that moved
+    Array<Index> outside_;  // and those that they passed, or others that matter
 
    private:
     Index last_before(Index end) const {

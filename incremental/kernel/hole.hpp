@@ -89,9 +89,9 @@ class SmallHole {
             }
             std::size_t m = apex(i, j);
             Index t = add_triangle(rim_[j].a, rim_[i].a, rim_[m].a);
-            mesh_.glue(3 * t, outer);
-            todo[left++] = {i, m, 3 * t + 1};
-            todo[left++] = {m, j, 3 * t + 2};
+            mesh_.glue(Mesh::first(t), outer);
+            todo[left++] = {i, m, Mesh::first(t) + 1};
+            todo[left++] = {m, j, Mesh::first(t) + 2};
         }
     }
 
@@ -121,9 +121,9 @@ class SmallHole {
         Index before = rim_[0].outer;
         for (std::size_t n = 1; n < size; ++n) {
             Index t = add_triangle(rim_[hull[n - 1]].a, rim_[hull[n]].a, kGhost);
-            mesh_.glue(before, 3 * t + 2);
-            before = 3 * t + 1;
-            fill_polygon({hull[n - 1], hull[n], 3 * t});
+            mesh_.glue(before, Mesh::first(t) + 2);
+            before = Mesh::first(t) + 1;
+            fill_polygon({hull[n - 1], hull[n], Mesh::first(t)});
         }
         mesh_.glue(before, rim_.back().outer);
     }
@@ -166,8 +166,9 @@ class LargeHole {
         auto copy = [&](Index x) {
             if (copy_[at(x)] == kNone) {
                 Index t = copy_[at(x)] = triangles[used++];
-                mesh.set_triangle(t, original(link.origin(3 * x)), original(link.origin(3 * x + 1)),
-                                  original(link.origin(3 * x + 2)));
+                mesh.set_triangle(t, original(link.origin(Mesh::first(x))),
+                                  original(link.origin(Mesh::first(x) + 1)),
+                                  original(link.origin(Mesh::first(x) + 2)));
                 mesh.set_leaving_corners(t);
                 todo_.push_back(x);
             }
@@ -177,12 +178,12 @@ class LargeHole {
         while (!todo_.empty()) {
             Index x = todo_.back();
             todo_.pop_back();
-            for (Index h = 3 * x; h < 3 * x + 3; ++h) {
-                Index here = 3 * copy_[at(x)] + h % 3, o = link.twin(h);
+            for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
+                Index here = Mesh::first(copy_[at(x)]) + Mesh::side(h), o = link.twin(h);
                 if (is_on_rim(h)) {
                     mesh.glue(here, rim_[place(link.origin(h))].outer);
                 } else {
-                    mesh.glue(here, 3 * copy(Mesh::triangle(o)) + o % 3);
+                    mesh.glue(here, Mesh::first(copy(Mesh::triangle(o))) + Mesh::side(o));
                 }
             }
         }
@@ -217,10 +218,10 @@ class LargeHole {
             auto [a, b, outer] = rim_[(ghost_ + 1 + used) % k];
             Index t = triangles[used];
             mesh.set_triangle(t, a, b, kGhost);
-            mesh.glue(3 * t, outer);
-            mesh.glue(3 * t + 2, last);
+            mesh.glue(Mesh::first(t), outer);
+            mesh.glue(Mesh::first(t) + 2, last);
             mesh.set_leaving_corners(t);
-            last = 3 * t + 1;
+            last = Mesh::first(t) + 1;
         }
         mesh.glue(last, rim_[(ghost_ + k - 1) % k].outer);
     }

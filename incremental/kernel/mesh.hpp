@@ -1,10 +1,11 @@
 // The topology of a triangulation: half-edges in triples, and not a single coordinate.
 //
-// Half-edge h belongs to triangle h / 3 and runs from origin(h) to origin(next(h)) with the
-// triangle on its left; twin(h) runs the other way in the triangle beyond.
+// Half-edge h belongs to triangle h / 4 and runs from origin(h) to origin(next(h)) with the
+// triangle on its left; twin(h) runs the other way in the triangle beyond. One number in four is
+// nobody's: it takes less to count in fours than in threes. In memory there are no gaps.
 //
 //            c
-//           / \            triangle t owns 3t, 3t + 1, 3t + 2
+//           / \            triangle t owns 4t, 4t + 1, 4t + 2
 //     prev /   \ next      origin(h) = a, target(h) = b, apex(h) = c
 //         /  t  \          origin(next(h)) = b, origin(prev(h)) = c
 //        a ----- b
@@ -48,34 +49,38 @@ class Mesh {
         Index origin, twin;
     };
 
-    // Of numbers that are known not to be negative: it takes less to divide those. Which of three
-    // it is nobody can foresee, so there is no branch.
-    static Index triangle(Index h) { return static_cast<Index>(count(h) / 3); }
-    static Index next(Index h) { return h + 1 - 3 * static_cast<Index>(count(h) % 3 / 2); }
-    static Index prev(Index h) { return h + 2 - 3 * static_cast<Index>((count(h) % 3 + 1) / 2); }
+    // Which of three a half-edge is nobody can foresee, so there is no branch. That it is not
+    // negative is said, for compilers do not know.
+    static Index triangle(Index h) { return static_cast<Index>(count(h) / 4); }
+    static Index side(Index h) { return h & 3; }
+    static Index first(Index t) { return 4 * t; }
+    static Index next(Index h) { return h + 1 - 3 * (h >> 1 & 1); }
+    static Index prev(Index h) { return h - 1 + 3 * static_cast<Index>(side(h) == 0); }
+    // Numbers without gaps.
+    static std::size_t compact(Index h) { return std::size_t{count(h)} - count(h) / 4; }
 
-    Index origin(Index h) const { return edges_[at(h)].origin; }
-    Index twin(Index h) const { return edges_[at(h)].twin; }
+    Index origin(Index h) const { return edges_[compact(h)].origin; }
+    Index twin(Index h) const { return edges_[compact(h)].twin; }
     Index target(Index h) const { return origin(next(h)); }
     Index apex(Index h) const { return origin(prev(h)); }
     Index leaving(Index v) const { return leaving_[at(v)]; }
 
     // (A function that only fetches has no effect, so GCC leaves its calls out if it looks at them
     // before they are inlined. So all of those are inlined by order.)
-    [[gnu::always_inline]] void prefetch(Index h) const { __builtin_prefetch(&edges_[at(h)]); }
+    [[gnu::always_inline]] void prefetch(Index h) const { __builtin_prefetch(&edges_[compact(h)]); }
 
     // Numbers up to these are or were in use.
     Index triangles() const { return static_cast<Index>(edges_.size() / 3); }
     Index vertices() const { return static_cast<Index>(leaving_.size()); }
-    bool is_free(Index t) const { return origin(3 * t) == kFree; }
+    bool is_free(Index t) const { return origin(first(t)) == kFree; }
     bool is_vertex(Index v) const { return leaving_[at(v)] != kNone; }
     bool is_ghost(Index t) const {
-        return origin(3 * t) == kGhost || origin(3 * t + 1) == kGhost ||
-               origin(3 * t + 2) == kGhost;
+        return origin(first(t)) == kGhost || origin(first(t) + 1) == kGhost ||
+               origin(first(t) + 2) == kGhost;
     }
     // The half-edge opposite the ghost vertex of a ghost: the hull edge, seen from outside.
     Index hull_edge(Index t) const {
-        Index h = 3 * t;
+        Index h = first(t);
         while (apex(h) != kGhost) ++h;
         return h;
     }
@@ -96,14 +101,14 @@ class Mesh {
     Index add_triangle() {
         if (free_ != kNone) {
             Index t = free_;
-            free_ = twin(3 * t);
+            free_ = twin(first(t));
             return t;
         }
         edges_.resize(edges_.size() + 3);
         return triangles() - 1;
     }
     void remove_triangle(Index t) {
-        edges_[at(3 * t)] = {kFree, free_};
+        edges_[compact(first(t))] = {kFree, free_};
         free_ = t;
     }
     void remove_all_triangles() {
@@ -111,20 +116,20 @@ class Mesh {
         free_ = kNone;
     }
     void set_triangle(Index t, Index a, Index b, Index c) {
-        edges_[at(3 * t)].origin = a;
-        edges_[at(3 * t + 1)].origin = b;
-        edges_[at(3 * t + 2)].origin = c;
+        edges_[compact(first(t))].origin = a;
+        edges_[compact(first(t) + 1)].origin = b;
+        edges_[compact(first(t) + 2)].origin = c;
     }
     void glue(Index h, Index o) {
-        edges_[at(h)].twin = o;
-        edges_[at(o)].twin = h;
+        edges_[compact(h)].twin = o;
+        edges_[compact(o)].twin = h;
     }
     void set_leaving(Index v, Index h) {
         if (v != kGhost) leaving_[at(v)] = h;
     }
 
     void set_leaving_corners(Index t) {
-        for (Index h = 3 * t; h < 3 * t + 3; ++h) set_leaving(origin(h), h);
+        for (Index h = first(t); h < first(t) + 3; ++h) set_leaving(origin(h), h);
     }
 
     template <class Archive>
@@ -140,10 +145,11 @@ class Mesh {
 
     // The first broken invariant, or nothing. O(n).
     std::string check() const {
-        for (Index h = 0; h < 3 * triangles(); ++h) {
-            if (is_free(triangle(h))) continue;
+        auto is_edge = [&](Index h) { return h >= 0 && h < first(triangles()) && side(h) < 3; };
+        for (Index h = 0; h < first(triangles()); ++h) {
+            if (!is_edge(h) || is_free(triangle(h))) continue;
             Index o = twin(h);
-            if (o < 0 || o >= 3 * triangles() || is_free(triangle(o)) || o == h || twin(o) != h) {
+            if (!is_edge(o) || is_free(triangle(o)) || o == h || twin(o) != h) {
                 return "half-edge " + std::to_string(h) + ": its twin " + std::to_string(o) +
                        " does not point back";
             }
@@ -155,7 +161,7 @@ class Mesh {
         for (Index v = 0; triangles() > 0 && v < vertices(); ++v) {
             Index h = leaving(v);
             if (!is_vertex(v)) continue;
-            if (h < 0 || h >= 3 * triangles() || origin(h) != v) {
+            if (!is_edge(h) || origin(h) != v) {
                 return "vertex " + std::to_string(v) + ": half-edge " + std::to_string(h) +
                        " does not leave it";
             }

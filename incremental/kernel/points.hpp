@@ -26,8 +26,8 @@ namespace flintknap {
 
 class Points {
    public:
-    // Six half-edges a point are numbered with 31 bits.
-    static constexpr std::size_t kMost = (1ULL << 31) / 6 - 8;
+    // Half-edges are numbered with 31 bits, eight numbers to a point.
+    static constexpr std::size_t kMost = (1ULL << 31) / 8 - 8;
 
     struct Waiting {
         Point point;

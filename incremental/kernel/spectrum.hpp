@@ -98,13 +98,15 @@ class Spectrum {
         for (Index first = 0; first < triangles; first += few) {
             if (first % (512 * few) == 0) poll();
             Index stop = std::min(first + few, triangles);
-            for (Index h = 3 * stop; h < 3 * std::min(stop + few, triangles); ++h) {
-                __builtin_prefetch(t_.sites().data() + m.origin(h));
+            for (Index x = stop; x < std::min(stop + few, triangles); ++x) {
+                for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
+                    __builtin_prefetch(t_.sites().data() + m.origin(h));
+                }
             }
             std::size_t count = 0;
             auto list = [&](Index h, Index a, Index b) {
                 Index o = m.twin(h);
-                __builtin_prefetch(sides.data() + o);
+                __builtin_prefetch(sides.data() + Mesh::compact(o));
                 halves[count] = h;
                 ends[count] = {a, b};
                 count += o < h;
@@ -113,19 +115,20 @@ class Spectrum {
                 if (m.is_free(x)) continue;
                 if (m.is_ghost(x)) {
                     Index h = m.hull_edge(x);
-                    sides[at(h)] = kInfiniteFloat;
+                    sides[Mesh::compact(h)] = kInfiniteFloat;
                     list(h, m.origin(h), m.target(h));
                 } else {
-                    Index h = 3 * x, a = m.origin(h), b = m.origin(h + 1), c = m.origin(h + 2);
-                    estimate(t_.site(a), t_.site(b), t_.site(c), &sides[at(h)]);
+                    Index h = Mesh::first(x), a = m.origin(h), b = m.origin(h + 1),
+                          c = m.origin(h + 2);
+                    estimate(t_.site(a), t_.site(b), t_.site(c), &sides[Mesh::compact(h)]);
                     list(h, a, b);
                     list(h + 1, b, c);
                     list(h + 2, c, a);
                 }
             }
             for (std::size_t n = 0; n < count; ++n) {
-                here[n] = sides[at(halves[n])];
-                beyond[n] = sides[at(m.twin(halves[n]))];
+                here[n] = sides[Mesh::compact(halves[n])];
+                beyond[n] = sides[Mesh::compact(m.twin(halves[n]))];
             }
             for (std::size_t n = 0; n < count; n += 4) judge(here + n, beyond + n, is_in + n);
             std::size_t size = found_.size();
@@ -259,7 +262,7 @@ class Spectrum {
     void find_cell(Index x, std::vector<bool>& visited, std::vector<Index>& rim) {
         const Mesh& m = t_.mesh();
         rim.clear();
-        pending_.assign({3 * x + 2, 3 * x + 1, 3 * x});
+        pending_.assign({Mesh::first(x) + 2, Mesh::first(x) + 1, Mesh::first(x)});
         visited[at(x)] = true;
         while (!pending_.empty()) {
             Index h = pending_.back(), o = m.twin(h);

@@ -62,9 +62,13 @@ class Timeline : public Blocks<Keys> {
     class Cursor {
        public:
         Cursor(const Timeline& timeline, Index e)
-            : timeline_(&timeline), leaf_(timeline.leaf_of(e)), place_(timeline.place_in(leaf_, e)) {}
+            : timeline_(&timeline),
+              leaf_(timeline.leaf_of(e)),
+              place_(timeline.place_in(leaf_, e)) {}
         // The event there, or kNone behind the last one.
-        Index event() const { return leaf_ == kNone ? kNone : timeline_->node(leaf_).items[place_]; }
+        Index event() const {
+            return leaf_ == kNone ? kNone : timeline_->node(leaf_).items[place_];
+        }
         void advance() {
             if (++place_ < timeline_->node(leaf_).count) return;
             leaf_ = timeline_->node_behind(leaf_);

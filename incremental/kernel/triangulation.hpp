@@ -197,10 +197,12 @@ class Triangulation {
         for (Index v : line_) {
             if (is_off_line(site(v))) return "site " + std::to_string(v) + " is off the line";
         }
-        for (Index h = 0; h < 3 * mesh_.triangles(); ++h) {
-            if (mesh_.is_free(Mesh::triangle(h))) continue;
-            broken = check_edge(h);
-            if (!broken.empty()) return "half-edge " + std::to_string(h) + ": " + broken;
+        for (Index t = 0; t < mesh_.triangles(); ++t) {
+            if (mesh_.is_free(t)) continue;
+            for (Index h = Mesh::first(t); h < Mesh::first(t) + 3; ++h) {
+                broken = check_edge(h);
+                if (!broken.empty()) return "half-edge " + std::to_string(h) + ": " + broken;
+            }
         }
         return {};
     }
@@ -270,8 +272,8 @@ class Triangulation {
     }
 
     bool is_in_conflict(Index t, Point p) const {
-        return conflicts(sites_, mesh_.origin(3 * t), mesh_.origin(3 * t + 1),
-                         mesh_.origin(3 * t + 2), p);
+        return conflicts(sites_, mesh_.origin(Mesh::first(t)), mesh_.origin(Mesh::first(t) + 1),
+                         mesh_.origin(Mesh::first(t) + 2), p);
     }
 
     // Depth first from the triangle of `seed`, edges in counter-clockwise order. No vertex lies
@@ -306,12 +308,12 @@ class Triangulation {
             Index t = cavity_[n];
             auto [a, b, outer] = rim_[n];
             mesh_.set_triangle(t, a, b, v);
-            mesh_.glue(3 * t, outer);
-            mesh_.glue(3 * t + 2, 3 * last + 1);
-            mesh_.set_leaving(a, 3 * t);
+            mesh_.glue(Mesh::first(t), outer);
+            mesh_.glue(Mesh::first(t) + 2, Mesh::first(last) + 1);
+            mesh_.set_leaving(a, Mesh::first(t));
             last = t;
         }
-        mesh_.set_leaving(v, 3 * last + 2);
+        mesh_.set_leaving(v, Mesh::first(last) + 2);
     }
 
     // ---------------------------------------------------------------- sites on a line
@@ -384,19 +386,19 @@ class Triangulation {
             Index a = line_[at(n)], b = line_[at(n + 1)];
             mesh_.set_triangle(n, a, b, c);
             mesh_.set_triangle(m + n, b, a, kGhost);
-            mesh_.glue(3 * n, 3 * (m + n));
-            if (n > 0) mesh_.glue(3 * n + 2, 3 * (n - 1) + 1);
-            mesh_.set_leaving(a, 3 * n);
-            mesh_.set_leaving(b, 3 * n + 1);
+            mesh_.glue(Mesh::first(n), Mesh::first(m + n));
+            if (n > 0) mesh_.glue(Mesh::first(n) + 2, Mesh::first(n - 1) + 1);
+            mesh_.set_leaving(a, Mesh::first(n));
+            mesh_.set_leaving(b, Mesh::first(n) + 1);
         }
         mesh_.set_triangle(2 * m, c, line_[at(m)], kGhost);
         mesh_.set_triangle(2 * m + 1, line_[0], c, kGhost);
-        mesh_.glue(3 * (m - 1) + 1, 3 * (2 * m));
-        mesh_.glue(2, 3 * (2 * m + 1));
+        mesh_.glue(Mesh::first(m - 1) + 1, Mesh::first(2 * m));
+        mesh_.glue(Mesh::first(0) + 2, Mesh::first(2 * m + 1));
         mesh_.set_leaving(c, 2);
         for (Index n = m, after = m + 1; n < 2 * m + 2; ++n, ++after) {
             if (after == 2 * m + 2) after = m;
-            mesh_.glue(3 * n + 2, 3 * after + 1);
+            mesh_.glue(Mesh::first(n) + 2, Mesh::first(after) + 1);
         }
         line_.clear();
     }

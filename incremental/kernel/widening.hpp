@@ -333,7 +333,7 @@ class Widening {
         bool is_inside = c_.is_inside(x);
         if (is_new || !is_inside) dissolve_all(x);
         if (!limit_.widens()) return;  // beyond its triangles a cluster looks for nothing
-        for (Index h = 3 * x; h < 3 * x + 3; ++h) {
+        for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
             Index o = m.twin(h);
             around_.clear();
             passed_.collect(Mesh::triangle(o), around_);

@@ -17,7 +17,7 @@ auto triangles(Kernel& k) {
     std::vector<std::int64_t> ids;
     for (Index x = 0; x < m.triangles(); ++x) {
         if (m.is_free(x) || m.is_ghost(x)) continue;
-        for (Index h = 3 * x; h < 3 * x + 3; ++h)
+        for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h)
             ids.push_back(k.object().points().id_in_slot(m.origin(h)));
     }
     return to_numpy(std::move(ids), 3);
