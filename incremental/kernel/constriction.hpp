@@ -64,7 +64,7 @@ class Constriction : public Rafts {
         for (Index x : triangles) {
             destroyed_.push_back(x);
             if (!m.is_ghost(x)) {
-                if (!is_inside(x)) kill(event_of_[at(x)]);
+                if (!is_inside(x)) bury(event_of_[at(x)]);
                 event_of_[at(x)] = kNone;
                 continue;
             }
@@ -88,7 +88,7 @@ class Constriction : public Rafts {
             Index h = m.hull_edge(x);
             for (Index v : {m.origin(h), m.target(h)}) {
                 if (holder_[at(v)] == Forest::kRoot) continue;
-                if (on_ring(v)) kill(holder_[at(v)]);
+                if (on_ring(v)) bury(holder_[at(v)]);
                 hold(v, Forest::kRoot);
             }
         }
@@ -195,6 +195,12 @@ class Constriction : public Rafts {
         forest_.die(e);
         retired_.push_back(e);
         ++touched_;
+    }
+
+    // Ends one whose triangle goes, or may go by the next change.
+    void bury(Index e) {
+        kill(e);
+        forest_.bury(e);
     }
 
     void orphan(Index e) {

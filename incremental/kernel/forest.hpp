@@ -160,13 +160,14 @@ class Forest {
     bool waits(Index e) const { return timeline_.waits(e); }
     void set_waiting(Index e, bool waits) { timeline_.set_waiting(e, waits); }
 
-    // Ends an event while its triangle is there. It keeps its place in the order.
-    void die(Index e) {
+    // Ends an event. It keeps its place in the order, and its edge, which tells equal keys apart.
+    void die(Index e) { set_parent(e, kDead); }
+    bool is_dead(Index e) const { return parent(e) == kDead; }
+    // To be called for one that is dead before its triangle goes.
+    void bury(Index e) {
         graves_.push_back(corners(edge(e)));
         events_[at(e)].edge = kGrave - static_cast<Index>(graves_.size());
-        events_[at(e)].parent = kNone;
     }
-    bool is_dead(Index e) const { return edge(e) < kGrave; }
 
     // Takes all the dead out, which are those given, while none waits.
     void release(const Array<Index>& dead) {
@@ -193,7 +194,8 @@ class Forest {
     std::string check() const { return timeline_.check(); }
 
    private:
-    static constexpr Index kGrave = kNone - 1;  // no edge is beyond; the dead are
+    static constexpr Index kDead = kNone - 1;   // in the place of a parent
+    static constexpr Index kGrave = kNone - 1;  // no edge is beyond; graves are
 
     struct Event {
         double key;
@@ -225,7 +227,7 @@ class Forest {
     const Triangulation& t_;
     Array<Event> events_;
     std::vector<Index> free_;
-    std::vector<Corners> graves_;  // of the dead
+    std::vector<Corners> graves_;  // of those that are buried
     Timeline<Forest> timeline_{*this};
 };
 

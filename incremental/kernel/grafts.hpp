@@ -67,7 +67,7 @@ class Grafts : public Captures {
         }
     }
 
-    bool is_orphan(Index e) const { return forest_.parent(e) == kNone && !forest_.is_dead(e); }
+    bool is_orphan(Index e) const { return forest_.parent(e) == kNone; }
 
     void queue(Index edge) {
         queue_.push_back(edge);
@@ -148,7 +148,7 @@ class Grafts : public Captures {
         return run != runs_.begin() && !forest_.earlier((--run)->last, e);
     }
     bool hangs_from_runs(Index r) const {
-        return forest_.parent(r) != kNone && is_in_runs(forest_.parent(r));
+        return forest_.parent(r) >= 0 && is_in_runs(forest_.parent(r));
     }
 
     void move(Run run) {
@@ -185,7 +185,7 @@ class Grafts : public Captures {
         for (Index r = e, end = kNone; adrift > 0; r = end) {
             end = end_of_run(r);
             ++work_;
-            if (forest_.parent(r) == kNone || forest_.is_adrift(forest_.parent(r))) continue;
+            if (forest_.parent(r) < 0 || forest_.is_adrift(forest_.parent(r))) continue;
             Run run{r, last_before(end)};
             move(run);
             --adrift;
