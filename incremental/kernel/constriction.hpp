@@ -231,6 +231,16 @@ class Constriction : public Rafts {
         }
         forest_.set_waiting(parent, true);
     }
+    // The same for one that leads to a site of which the event is adrift.
+    void offer_to_adrift(Index edge) {
+        Index parent = opener(edge);
+        if (parent == kNone) return;
+        if (forest_.has_happened(parent)) {
+            open_.push(opening(edge));
+        } else {
+            forest_.set_waiting(parent, true);
+        }
+    }
     // The same for a gate of an event that has happened.
     void open(Index edge, Index parent) {
         if (!is_inside(Mesh::triangle(edge))) {
@@ -389,10 +399,18 @@ class Constriction : public Rafts {
         }
         work_ += inside_.size();
         if (board()) return;
+        std::size_t queued = queue_.size();
         for (Index x : inside_) {
-            if (forest_.is_dead(x)) continue;
-            queue_gates_to(x);
-            if (has_raft()) queue_gates_to_raft(x);
+            if (!forest_.is_dead(x)) queue_gates_to(x);
+        }
+        for (std::size_t i = queued; i < queue_.size(); ++i) {
+            fetch_ahead(i);
+            offer_to_adrift(queue_[i]);
+        }
+        queue_.resize(queued);
+        if (!has_raft()) return;
+        for (Index x : inside_) {
+            if (!forest_.is_dead(x)) queue_gates_to_raft(x);
         }
     }
 
