@@ -109,13 +109,16 @@ class Grafts : public Captures {
     }
     void queue_gates_to(Index e) { queue_gates_around(Mesh::prev(forest_.edge(e))); }
 
-    // The event behind the run that starts with r, or kNone.
-    Index end_of_run(Index r) const { return forest_.first_as_large(r, forest_.gate(r)); }
+    // The first event after another one that is as large as r, or kNone; the one behind the run that
+    // starts with r.
+    Index first_as_large_after(Index other, Index r) const {
+        return forest_.first_as_large(other, forest_.gate(r));
+    }
+    Index end_of_run(Index r) const { return first_as_large_after(r, r); }
 
     // Hangs event e from the one before it that opens its gate now.
     void graft(Index e, Index parent) {
         forest_.set_parent(e, parent);
-        if (forest_.first_as_large(parent, forest_.gate(e)) == e) return;
         if (forest_.is_adrift(e)) {
             land(e);
         } else {
@@ -151,31 +154,29 @@ class Grafts : public Captures {
         return forest_.parent(r) >= 0 && is_in_runs(forest_.parent(r));
     }
 
-    void move(Run run) {
-        Index parent = forest_.parent(run.first);
-        forest_.move(run.first, run.last, forest_.first_as_large(parent, forest_.gate(run.first)));
-    }
-
     // Grafts e where it comes earlier. Of the runs that hang from it, those move along that are not
     // larger than all that e has passed.
     void advance(Index e) {
         runs_.clear();
         double largest = forest_.key(e);
-        Index r = e;
+        Index r = e, passed = kNone;  // a large event between the last that has moved and r
         while (true) {
             Index end = end_of_run(r);
             if (r == e || hangs_from_runs(r)) {
-                if (forest_.first_as_large(forest_.parent(r), forest_.gate(r)) == r) break;
+                Index place = first_as_large_after(forest_.parent(r), r);
+                if (place == r) break;
                 runs_.push_back({r, last_before(end)});
-                move(runs_.back());
+                forest_.move(r, runs_.back().last, place);
                 largest = forest_.key(r);
-            } else if (forest_.first_as_large(runs_.back().last, forest_.gate(r)) == r) {
-                break;
+                passed = kNone;
+            } else if (passed == kNone || forest_.smaller(passed, r)) {
+                passed = first_as_large_after(runs_.back().last, r);
+                if (passed == r) break;
             }
             r = end;
             ++work_;
         }
-        recheck(e, r, std::max(largest, forest_.key(r)));
+        if (!runs_.empty()) recheck(e, r, std::max(largest, forest_.key(r)));
     }
 
     // Grafts e, which is adrift, with all that hangs from it.
@@ -187,7 +188,7 @@ class Grafts : public Captures {
             ++work_;
             if (forest_.parent(r) < 0 || forest_.is_adrift(forest_.parent(r))) continue;
             Run run{r, last_before(end)};
-            move(run);
+            forest_.move(r, run.last, first_as_large_after(forest_.parent(r), r));
             --adrift;
             std::size_t listed = inside_.size();
             list(run);
