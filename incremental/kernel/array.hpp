@@ -133,11 +133,15 @@ class Array {
     }
 
    private:
+    static constexpr std::size_t kSmall = 4096;  // bytes up to which it doubles
+
     // By themselves, so that what is done mostly is short where it stands.
-    [[gnu::noinline]] void make_room() { reserve(size_ + 1); }
+    [[gnu::noinline]] void make_room() {
+        reserve(size_ * sizeof(T) < kSmall ? 2 * size_ + 1 : size_ + 1);
+    }
     [[gnu::noinline]] void grow_by(const T& item) {
         T kept = item;  // which may lie in here
-        reserve(size_ + 1);
+        make_room();
         items_[size_++] = kept;
     }
 
