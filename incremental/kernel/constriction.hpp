@@ -386,6 +386,7 @@ class Constriction : public Rafts {
         auto run = forest_.cursor(e);
         do {
             inside_.push_back(run.event());
+            if (Index next = run.ahead(2 * kAhead); next != kNone) forest_.prefetch(next);
             run.advance();
         } while (run.event() != end && !is_orphan(run.event()));
         Index after = parent == kNone ? Forest::kNever : parent;

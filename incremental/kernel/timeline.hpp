@@ -69,6 +69,11 @@ class Timeline : public Blocks<Keys> {
         Index event() const {
             return leaf_ == kNone ? kNone : timeline_->node(leaf_).items[place_];
         }
+        // One that is some places further on, if it is near, else kNone.
+        Index ahead(Index places) const {
+            if (leaf_ == kNone || place_ + places >= timeline_->node(leaf_).count) return kNone;
+            return timeline_->node(leaf_).items[place_ + places];
+        }
         void advance() {
             if (++place_ < timeline_->node(leaf_).count) return;
             leaf_ = timeline_->node_behind(leaf_);
@@ -192,6 +197,7 @@ class Timeline : public Blocks<Keys> {
     using Base::has_seat;
     using Base::is_free;
     using Base::join_with_next;
+    using Base::key_of;
     using Base::keys_;
     using Base::kRoom;
     using Base::label;
@@ -349,20 +355,30 @@ class Timeline : public Blocks<Keys> {
             halve(n);
             n = leaf_of(neighbour);
         }
-        Index i = place_in(n, neighbour) + (other == kNone ? 1 : 0), largest = run.events[0];
+        Index i = place_in(n, neighbour) + (other == kNone ? 1 : 0), best = 0;
         open(n, i, run.count);
         nodes_[at(n)].waiting |= run.waiting << i;
         for (Index k = 0; k < run.count; ++k) {
             nodes_[at(n)].items[i + k] = run.events[k];
             nodes_[at(n)].keys[i + k] = run.keys[k];
             settle(n, i + k);
-            if (keys_.smaller(largest, run.events[k])) largest = run.events[k];
+            if (k > 0 && is_smaller(run.events[best], run.keys[best], run.events[k], run.keys[k])) {
+                best = k;
+            }
         }
         tell_who_waits(n);
-        for (; n != kNone && keys_.smaller(node(n).largest, largest); n = node(n).parent) {
-            nodes_[at(n)].largest = largest;
+        for (; n != kNone; n = node(n).parent) {
+            Index p = node(n).parent, largest = node(n).largest;
+            Coarse key = p == kNone ? key_of(n) : node(p).keys[node(n).place];
+            if (!is_smaller(largest, key, run.events[best], run.keys[best])) return;
+            nodes_[at(n)].largest = run.events[best];
             tell_parent(n);
         }
+    }
+
+    // By coarse keys, which are at hand, if they tell.
+    bool is_smaller(Index a, Coarse key_of_a, Index b, Coarse key_of_b) const {
+        return key_of_a != key_of_b ? key_of_a < key_of_b : keys_.smaller(a, b);
     }
 };
 
