@@ -42,6 +42,7 @@ class Model {
         free_.clear();
         for (std::size_t i = 0; i < n; ++i) list_.push_back(new_event(i));
         timeline_.assign(n, [&](std::size_t i) { return list_[i]; });
+        begin_time();
     }
 
     void insert() { put(random(list_.size() + 1)); }
@@ -65,12 +66,18 @@ class Model {
             (goes ? gone : left).push_back(list_[i]);
         }
         std::shuffle(gone.begin(), gone.end(), dice_);
-        timeline_.erase(gone);
-        for (Index e : gone) {
-            free_.push_back(e);
+        for (Index e : list_) {  // none may wait then
             waits_[at(e)] = false;
+            timeline_.set_waiting(e, false);
         }
+        Array<Index> events;
+        for (Index e : gone) {
+            events.push_back(e);
+            free_.push_back(e);
+        }
+        timeline_.erase(events);
         list_ = left;
+        begin_time();
     }
     void move(std::size_t longest) {
         std::size_t n = 1 + random(std::min(longest, list_.size() - 1));
@@ -84,6 +91,8 @@ class Model {
         std::rotate(begin + std::ptrdiff_t(a), begin + std::ptrdiff_t(b),
                     begin + std::ptrdiff_t(c));
     }
+    // Some event is the present, through whatever changes, until events are erased.
+    void begin_time() { timeline_.set_present(list_[random(list_.size())]); }
     void wait() {
         Index e = list_[random(list_.size())];
         waits_[at(e)] = !waits_[at(e)];
@@ -93,6 +102,9 @@ class Model {
     void compare() {
         std::size_t i = random(list_.size()), k = random(list_.size());
         expect(timeline_.before(list_[i], list_[k]) == (i < k), "the order is another one");
+        auto now = std::find(list_.begin(), list_.end(), timeline_.present()) - list_.begin();
+        expect(timeline_.is_past_or_present(list_[i]) == (static_cast<std::ptrdiff_t>(i) <= now),
+               "what is past is another one");
         expect(timeline_.next(list_[i]) == event(i + 1), "what is next is another one");
         expect(timeline_.previous(list_[i]) == (i == 0 ? kNone : list_[i - 1]),
                "what was before is another one");
@@ -110,11 +122,13 @@ class Model {
     void check() const {
         std::string broken = timeline_.check();
         if (!broken.empty()) fail(broken);
-        Index e = list_.front();
-        for (Index each : list_) {
-            expect(e == each, "the list is another one");
-            e = timeline_.next(e);
+        auto cursor = timeline_.cursor(list_.front());
+        for (std::size_t i = 0; i < list_.size(); ++i, cursor.advance()) {
+            expect(cursor.event() == list_[i], "the list is another one");
+            Index ahead = cursor.ahead(3);
+            expect(ahead == kNone || ahead == event(i + 3), "what is ahead is another one");
         }
+        expect(cursor.event() == kNone, "the list is longer");
     }
 
     std::size_t random(std::size_t n) { return dice_() % n; }

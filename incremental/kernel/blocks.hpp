@@ -2,8 +2,9 @@
 //
 // Theory. Leaves hold events, one after the other; inner nodes hold nodes. A node knows the largest
 // event in it, and the keys of its items, coarsely: in 32 bits that do not fall where keys rise, so
-// that a look through a node reads nothing else, unless they tie. It knows in which of its items
-// events wait, too. An event knows its leaf.
+// that a look through a node reads nothing else, unless they tie. Sixteen are compared at a time:
+// where a search ends nobody can foresee, and every branch that goes otherwise costs more than all
+// comparisons. A node knows in which of its items events wait, too. An event knows its leaf.
 //
 //               [ 9 | 7 ]               inner nodes: the largest key in each child
 //               /       \.

@@ -137,7 +137,7 @@ class Forest {
     Index next(Index e) const { return timeline_.next(e); }
     Index previous(Index e) const { return timeline_.previous(e); }
     Index last() const { return timeline_.last(); }
-    Timeline<Forest>::Cursor cursor(Index e) const { return {timeline_, e}; }
+    Timeline<Forest>::Cursor cursor(Index e) const { return timeline_.cursor(e); }
     // Moves a run of events before another one, or behind all (kNone).
     void move(Index first, Index last, Index other) { timeline_.move(first, last, other); }
 

@@ -109,8 +109,8 @@ class Grafts : public Captures {
     }
     void queue_gates_to(Index e) { queue_gates_around(Mesh::prev(forest_.edge(e))); }
 
-    // The first event after another one that is as large as r, or kNone; the one behind the run that
-    // starts with r.
+    // The first event after another one that is as large as r, or kNone; the one behind the run
+    // that starts with r.
     Index first_as_large_after(Index other, Index r) const {
         return forest_.first_as_large(other, forest_.gate(r));
     }

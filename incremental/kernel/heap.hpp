@@ -1,8 +1,11 @@
 // A priority queue of four children a node: half as deep as a binary one, and the children of a
 // node mostly share a cache line. Those of all four are fetched while one of the four is chosen.
 //
+// What comes before all there is when it is pushed is often popped next: it stays outside the tree
+// until another one comes before it.
+//
 // Before(a, b) says whether a comes before b; the first to come is on top.
-// Cost: push O(log4 n), pop O(4 log4 n) comparisons.
+// Cost: push O(log4 n), pop O(4 log4 n) comparisons, two for what is first and popped next.
 #pragma once
 
 #include <algorithm>

@@ -2,7 +2,8 @@
 // is the first that waits.
 //
 // Theory. A B+-tree of blocks (blocks.hpp). The next event with a large key is found by going up to
-// where there is one, and down; the first that waits by going down from the root.
+// where there is one, and down; the first that waits by going down from the root. Where the present
+// is, with which many are compared, is looked up once and known until something changes.
 //
 // A few events that follow each other are moved by taking them out of their leaves and putting them
 // into another. A long run is moved whole: the tree is cut before it, behind it and where it goes,
@@ -36,7 +37,7 @@ class Timeline : public Blocks<Keys> {
         return p == q ? before_in_leaf(p, a, b) : order_of(p) < order_of(q);
     }
 
-    // The present: an event with which many are compared. O(1), and less than before(e, present()).
+    // The present, and whether an event comes no later. O(1), less than before(present(), e).
     Index present() const { return present_.event; }
     void set_present(Index e) { present_ = {e, kNone, 0, 0}; }
     bool is_past_or_present(Index e) const {
@@ -58,6 +59,11 @@ class Timeline : public Blocks<Keys> {
         n = node_before(n);
         return n == kNone ? kNone : node(n).items[node(n).count - 1];
     }
+    Index last() const {
+        Index n = last_in(root_, 0);
+        return node(n).items[node(n).count - 1];
+    }
+
     // A place in the sequence, to go along it from an event on; good until something changes.
     class Cursor {
        public:
@@ -84,10 +90,7 @@ class Timeline : public Blocks<Keys> {
         const Timeline* timeline_;
         Index leaf_, place_;
     };
-    Index last() const {
-        Index n = last_in(root_, 0);
-        return node(n).items[node(n).count - 1];
-    }
+    Cursor cursor(Index e) const { return {*this, e}; }
 
     // The first event after e that `reaches`, or kNone. Those do whose keys are larger than `key`,
     // and of those whose key it is, the larger ones by smaller() may.
