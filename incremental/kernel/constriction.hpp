@@ -250,6 +250,7 @@ class Constriction : public Rafts {
         Index holder = holder_[at(t_.mesh().apex(edge))];
         if (holder != kNone && forest_.has_happened(holder)) return;
         prefetch_behind(edge);
+        if (holder != kNone) forest_.prefetch(holder);
         open_.push(opening(edge));
     }
     void open_gates_of(Index e) {

@@ -86,7 +86,7 @@ T larger(T a, T b) {
     return a > b ? a : b;
 }
 
-inline std::uint32_t bits(ByteMasks where) {
+inline std::uint32_t byte_bits(ByteMasks where) {
 #if defined(__SSE2__)
     return static_cast<std::uint32_t>(_mm_movemask_epi8(reinterpret_cast<__m128i>(where)));
 #else

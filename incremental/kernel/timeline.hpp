@@ -41,9 +41,9 @@ class Timeline : public Blocks<Keys> {
     Index present() const { return present_.event; }
     void set_present(Index e) { present_ = {e, kNone, 0, 0}; }
     bool is_past_or_present(Index e) const {
-        Present now = locate_present();
+        if (present_.leaf == kNone) locate_present();
         Index n = leaf_of(e);
-        return n == now.leaf ? place_in(n, e) <= now.place : order_of(n) < now.order;
+        return n == present_.leaf ? is_past_in_leaf(e) : order_of(n) < present_.order;
     }
 
     // The neighbours of an event, or kNone.
@@ -226,7 +226,8 @@ class Timeline : public Blocks<Keys> {
 
     Array<Index> leaves_;  // of those that are taken out
 
-    // By itself, so that the other case, which is short, needs no registers saved.
+    // This one and others stand by themselves, so that what is done mostly, which is short, needs no
+    // registers saved.
     [[gnu::noinline]] bool before_in_leaf(Index n, Index a, Index b) const {
         return place_in(n, a) < place_in(n, b);
     }
@@ -241,14 +242,14 @@ class Timeline : public Blocks<Keys> {
         Index event, leaf, place;
         std::uint64_t order;
     };
-    const Present& locate_present() const {
-        if (present_.leaf == kNone) {
-            Index n = leaf_of(present_.event);
-            present_.place = place_in(n, present_.event);
-            present_.order = node(n).parent == kNone ? 0 : order_of(n);
-            present_.leaf = n;
-        }
-        return present_;
+    [[gnu::noinline]] void locate_present() const {
+        Index n = leaf_of(present_.event);
+        present_.place = place_in(n, present_.event);
+        present_.order = node(n).parent == kNone ? 0 : order_of(n);
+        present_.leaf = n;
+    }
+    [[gnu::noinline]] bool is_past_in_leaf(Index e) const {
+        return place_in(present_.leaf, e) <= present_.place;
     }
     void forget_present() { present_.leaf = kNone; }
     mutable Present present_ = {kNone, kNone, 0, 0};

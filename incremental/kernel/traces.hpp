@@ -124,10 +124,10 @@ class alignas(64) Trace {
             Bytes x0 = load_bytes(xy_ + i), y0 = load_bytes(xy_ + kRoom + i);
             Bytes x1 = load_bytes(xy_ + i + 1), y1 = load_bytes(xy_ + kRoom + i + 1);
             ByteMasks left = across.is_below(x0, x1);
-            near |= bits(~(left | across.is_above(x0, x1) | up.is_beside(y0, y1))) << i;
-            odd |= bits(((y0 > height) ^ (y1 > height)) & left) << i;
-            rim |= bits((y0 > height) & (x0 == sixteen(0))) << i |
-                   bits((y1 > height) & (x1 == sixteen(0))) << (i + 1);
+            near |= byte_bits(~(left | across.is_above(x0, x1) | up.is_beside(y0, y1))) << i;
+            odd |= byte_bits(((y0 > height) ^ (y1 > height)) & left) << i;
+            rim |= byte_bits((y0 > height) & (x0 == sixteen(0))) << i |
+                   byte_bits((y1 > height) & (x1 == sixteen(0))) << (i + 1);
         }
         const std::uint32_t edges = bits_ & kEdges;
         odd &= edges;
@@ -162,7 +162,7 @@ class alignas(64) Trace {
         for (int i : {0, kRoom - 17}) {
             Bytes x0 = load_bytes(xy_ + i), y0 = load_bytes(xy_ + kRoom + i);
             Bytes x1 = load_bytes(xy_ + i + 1), y1 = load_bytes(xy_ + kRoom + i + 1);
-            near |= bits(~(across.is_beside(x0, x1) | up.is_beside(y0, y1))) << i;
+            near |= byte_bits(~(across.is_beside(x0, x1) | up.is_beside(y0, y1))) << i;
         }
         const Point way = q - p;
         const double own_slack = kReach * (std::fabs(way.x) + std::fabs(way.y));
