@@ -226,8 +226,8 @@ class Timeline : public Blocks<Keys> {
 
     Array<Index> leaves_;  // of those that are taken out
 
-    // This one and others stand by themselves, so that what is done mostly, which is short, needs no
-    // registers saved.
+    // This one and others stand by themselves, so that what is done mostly, which is short, needs
+    // no registers saved.
     [[gnu::noinline]] bool before_in_leaf(Index n, Index a, Index b) const {
         return place_in(n, a) < place_in(n, b);
     }
