@@ -31,10 +31,10 @@ class Model {
         const Mesh& m = t.mesh();
         for (Index x = 0; x < m.triangles(); ++x) {
             if (m.is_free(x) || m.is_ghost(x)) continue;
-            for (Index h = 3 * x; h < 3 * x + 3; ++h) edges_.push_back(h);
+            for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) edges_.push_back(h);
         }
         std::shuffle(edges_.begin(), edges_.end(), dice_);
-        leads_nowhere_.assign(at(3 * m.triangles()), false);
+        leads_nowhere_.assign(at(Mesh::first(m.triangles())), false);
         is_announced_ = is_dropped_ = leads_nowhere_;
     }
 

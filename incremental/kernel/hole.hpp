@@ -200,9 +200,11 @@ class LargeHole {
     }
 
     Index edge_on_rim() const {
-        Index h = 0;
-        while (!is_on_rim(h)) ++h;
-        return h;
+        for (Index x = 0;; ++x) {
+            for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
+                if (is_on_rim(h)) return h;
+            }
+        }
     }
 
     // The link lies on a line, the other sites do not: each of its edges is a hull edge now.
