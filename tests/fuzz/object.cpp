@@ -97,7 +97,7 @@ Description describe(const Triangulation& t, const Constriction& c) {
     const Mesh& m = t.mesh();
     for (Index x = 0; x < m.triangles(); ++x) {
         if (m.is_free(x) || m.is_ghost(x)) continue;
-        Index h = 3 * x;
+        Index h = Mesh::first(x);
         for (int turn = 0; turn < 3; ++turn) {
             if (t.site(m.target(h)) < t.site(m.origin(h))) h = Mesh::next(h);
         }
