@@ -22,9 +22,13 @@ class List {
    public:
     Index before(Index x) const { return links_[at(x)].before; }
     Index behind(Index x) const { return links_[at(x)].behind; }
-    Label& label(Index x) {
+    Label label(Index x) {
         ++looked_;
         return links_[at(x)].label;
+    }
+    void set_label(Index x, Label label) {
+        ++looked_;
+        links_[at(x)].label = label;
     }
 
     // A new item behind another one, or first (kNone).

@@ -182,7 +182,8 @@ int main(int, char** arguments) {
             else if (what < 3 && model.size() > 2)
                 model.erase();
             else if (what == 3)
-                model.move(model.random(2) == 0 ? 20 : model.size());
+                model.move(
+                    std::array{std::size_t{20}, std::size_t{200}, model.size()}[model.random(3)]);
             else
                 model.wait();
             model.compare();

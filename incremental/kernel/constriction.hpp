@@ -133,9 +133,11 @@ class Constriction : public Rafts {
             queue_.clear();
         } while (proceed());
         list_returned();
-        for (Index x : created_) mend_ring(x);
-        for (Index x : changed_) mend_ring(x);
-        for (Index v : loosened_) {
+        mend_ring(created_);
+        mend_ring(changed_);
+        for (std::size_t i = 0; i < loosened_.size(); ++i) {
+            if (i + kFar < loosened_.size()) __builtin_prefetch(&holder_[at(loosened_[i + kFar])]);
+            Index v = loosened_[i];
             if (!on_ring(v)) following_[at(v)] = kNone;  // so that it is told when it comes back
         }
         forest_.release(retired_);
@@ -176,6 +178,7 @@ class Constriction : public Rafts {
    private:
     // Looking at an event again costs so much less than deriving it.
     static constexpr std::size_t kRatio = 8;
+    static constexpr std::size_t kFar = 8;  // so many items are fetched ahead
 
     void release(Index v) {
         holder_[at(v)] = kNone;
@@ -352,6 +355,7 @@ class Constriction : public Rafts {
             __builtin_prefetch(&event_of_[at(Mesh::triangle(gate))]);
             if (v != kGhost) __builtin_prefetch(&holder_[at(v)]);
         }
+        forest_.prefetch_next();
         if (holder_[at(target)] != kNone) put_back(holder_[at(target)]);
         Index e = forest_.add(next.gate(), opener(next.edge), place);
         changed_.push_back_if(event_of_[at(x)] != kReturned, x);
@@ -418,13 +422,39 @@ class Constriction : public Rafts {
 
     // Those of which the event ended have changed if no other one has come.
     void list_returned() {
-        for (Index x : returned_) {
+        for (std::size_t i = 0; i < returned_.size(); ++i) {
+            if (i + kFar < returned_.size())
+                __builtin_prefetch(&event_of_[at(returned_[i + kFar])]);
+            Index x = returned_[i];
             bool is_back = event_of_[at(x)] == kReturned;
             changed_.push_back_if(is_back, x);
             event_of_[at(x)] = chosen(is_back, kNone, event_of_[at(x)]);
         }
     }
 
+    void mend_ring(const Array<Index>& triangles) {
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+            fetch_triangles_ahead(triangles, i);
+            mend_ring(triangles[i]);
+        }
+    }
+    // Fetches what will be asked for of those triangles of which the i-th is next.
+    [[gnu::always_inline]] void fetch_triangles_ahead(const Array<Index>& triangles,
+                                                      std::size_t i) const {
+        const Mesh& m = t_.mesh();
+        if ((i += kAhead) < triangles.size()) {
+            Index h = Mesh::first(triangles[i]);
+            for (Index side : {h, h + 1, h + 2}) {
+                Index o = m.twin(side), v = m.origin(side);
+                if (o >= 0) __builtin_prefetch(&event_of_[at(Mesh::triangle(o))]);
+                if (v >= 0) __builtin_prefetch(&following_[at(v)]);
+            }
+        }
+        if ((i += kAhead) < triangles.size()) {
+            m.prefetch(Mesh::first(triangles[i]));
+            __builtin_prefetch(&event_of_[at(triangles[i])]);
+        }
+    }
     // Sets the ring edges on the rim of a triangle that came, went or changed sides.
     void mend_ring(Index x) {
         const Mesh& m = t_.mesh();

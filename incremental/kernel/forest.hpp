@@ -145,6 +145,10 @@ class Forest {
         __builtin_prefetch(&events_[at(e)]);
         timeline_.prefetch(e);
     }
+    // The same of the one that is added next.
+    [[gnu::always_inline]] void prefetch_next() const {
+        if (!free_.empty()) prefetch(free_.back());
+    }
     // The events f(e) between the root and what never happens, in order.
     template <class F>
     void visit(F&& f) const {

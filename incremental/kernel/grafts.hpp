@@ -65,6 +65,14 @@ class Grafts : public Captures {
                 m.prefetch(gate);
             }
         }
+        if (Index h = edge(i + kAhead); h >= 0) {
+            for (Index gate : {m.twin(Mesh::next(h)), m.twin(Mesh::prev(h))}) {
+                Index v = m.apex(gate);
+                if (v == kGhost) continue;
+                __builtin_prefetch(&holder_[at(v)]);
+                __builtin_prefetch(t_.sites().data() + v);
+            }
+        }
     }
 
     bool is_orphan(Index e) const { return forest_.parent(e) == kNone; }
@@ -82,30 +90,36 @@ class Grafts : public Captures {
             queue_.push_back_if(is_rim(side), side);
     }
 
-    // Gates f(edge) that lead to the vertex which a half-edge leaves, all that are open among them.
+    // The half-edges f(h) that leave the vertex which one of them leaves, from that one on to both
+    // sides: what is next on the one is looked up while the other is looked at.
     template <class F>
-    void visit_gates_around(Index first, F&& f) const {
+    void visit_around(Index first, F&& f) const {
         const Mesh& m = t_.mesh();
-        Index h = first;
+        Index left = first, right = first;
         do {
-            if (is_inside(Mesh::triangle(h)) && is_rim(Mesh::next(h))) f(Mesh::next(h));
-            h = m.turn(h);
-        } while (h != first);
+            f(left);
+            left = m.turn(left);
+            if (left == right) return;
+            right = Mesh::next(m.twin(right));
+            f(right);
+        } while (left != right);
     }
-    // And those that lead to the site of an event.
+    // Whether a gate that may be open leads to the vertex which a half-edge leaves, through the
+    // side opposite of it.
+    bool is_opposite_gate(Index h) const {
+        return is_inside(Mesh::triangle(h)) & is_rim(Mesh::next(h));
+    }
+    // Gates f(edge) that lead to the site of an event, all that are open among them.
     template <class F>
     void visit_gates_to(Index e, F&& f) const {
-        visit_gates_around(Mesh::prev(forest_.edge(e)), f);
+        visit_around(Mesh::prev(forest_.edge(e)), [&](Index h) {
+            if (is_opposite_gate(h)) f(Mesh::next(h));
+        });
     }
+    // Queues those that lead to the vertex which a half-edge leaves.
     void queue_gates_around(Index first) {
-        const Mesh& m = t_.mesh();
-        Index h = first;
-        do {
-            Index gate = Mesh::next(h);
-            bool is_inside_here = is_inside(Mesh::triangle(h));
-            queue_.push_back_if(is_inside_here & is_rim(gate), gate);
-            h = m.turn(h);
-        } while (h != first);
+        visit_around(first,
+                     [&](Index h) { queue_.push_back_if(is_opposite_gate(h), Mesh::next(h)); });
     }
     void queue_gates_to(Index e) { queue_gates_around(Mesh::prev(forest_.edge(e))); }
 

@@ -11,8 +11,8 @@
 //       a    b   x   c    d
 //      100  103 107 110  114
 //
-// `List` tells before(x) and behind(x), the neighbours of an item, or kNone; and label(x), to be
-// read and set, 0 while x has none.
+// `List` tells before(x) and behind(x), the neighbours of an item, or kNone; and label(x), 0 while
+// x has none; and takes set_label(x, label).
 //
 // Cost: amortised O(log n) labels for each item that comes.
 #pragma once
@@ -46,7 +46,7 @@ void give_label(List& list, Index item) {
         bool is_all = before == kNone && behind == kNone;
         if (reaches_low && reaches_high && (is_all || high - low > n * n)) {
             for (std::uint64_t i = 1; i <= n; ++i, first = list.behind(first)) {
-                list.label(first) = spread_label(low, high, i, n);
+                list.set_label(first, spread_label(low, high, i, n));
             }
             return;
         }

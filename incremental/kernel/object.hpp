@@ -259,7 +259,7 @@ class Object {
 
    private:
     // Tells byte order, and layouts by a number that changes with them.
-    static constexpr std::uint64_t kStamp = 0x666c696e74000007ULL;
+    static constexpr std::uint64_t kStamp = 0x666c696e74000008ULL;
 
     // Of the constriction: true of the triangulation, waiting for repair, or to be made anew.
     enum class State { fresh, changed, stale };

@@ -206,7 +206,7 @@ class Splices {
             for (std::size_t i = 0; i < known; ++i) {
                 Index tail = ring.leaf_before(loose_[i]);
                 if (is_loose(tail)) continue;
-                walks_.push_back(walk(ring, source, tail));
+                walks_.push_back(walk(ring, source, tail, loose_[i]));
                 if (walks_.back().length() < at(Ring::kLeast)) loosen(walks_.back().head);
             }
         } while (known < loose_.size());
@@ -214,8 +214,7 @@ class Splices {
     }
 
     template <class Source>
-    Walk walk(const Ring& ring, const Source& source, Index tail) {
-        Index first = ring.leaf_after(tail);
+    Walk walk(const Ring& ring, const Source& source, Index tail, Index first) {
         Walk w = {tail, kNone, first, first, 0, walked_.size(), 0};
         for (; is_loose(w.old_head); w.old_head = ring.leaf_after(w.old_head)) ++w.old_leaves;
         Index v = ring.leaf(tail).vertex[ring.node(tail).count];

@@ -18,6 +18,9 @@ namespace flintknap {
 class Table {
    public:
     bool empty() const { return size_ == 0; }
+    [[gnu::always_inline]] void prefetch(Index key) const {
+        __builtin_prefetch(entries_.data() + home(key));
+    }
 
     // The value of a key, or kNone.
     Index operator[](Index key) const { return empty() ? kNone : entries_[place(key)].value; }

@@ -5,9 +5,9 @@
 // where there is one, and down; the first that waits by going down from the root. Where the present
 // is, with which many are compared, is looked up once and known until something changes.
 //
-// A few events that follow each other are moved by taking them out of their leaves and putting them
-// into another. A long run is moved whole: the tree is cut before it, behind it and where it goes,
-// and the pieces are glued together:
+// Events that follow each other are moved by taking them out of their leaves and putting them into
+// others, some at a time. A long run is moved whole: the tree is cut before it, behind it and where
+// it goes, and the pieces are glued together:
 //
 //     [ head | run | middle | tail ]   ==>   [ head | middle | run | tail ]
 //            ^     ^        ^
@@ -34,7 +34,7 @@ class Timeline : public Blocks<Keys> {
     // Whether a comes before b. O(1).
     bool before(Index a, Index b) const {
         Index p = leaf_of(a), q = leaf_of(b);
-        return p == q ? before_in_leaf(p, a, b) : order_of(p) < order_of(q);
+        return p == q ? before_in_leaf(p, a, b) : orders_[at(p)] < orders_[at(q)];
     }
 
     // The present, and whether an event comes no later. O(1), less than before(present(), e).
@@ -43,7 +43,7 @@ class Timeline : public Blocks<Keys> {
     bool is_past_or_present(Index e) const {
         if (present_.leaf == kNone) locate_present();
         Index n = leaf_of(e);
-        return n == present_.leaf ? is_past_in_leaf(e) : order_of(n) < present_.order;
+        return n == present_.leaf ? is_past_in_leaf(e) : orders_[at(n)] < present_.order;
     }
 
     // The neighbours of an event, or kNone.
@@ -139,8 +139,9 @@ class Timeline : public Blocks<Keys> {
     void erase(const Array<Index>& events) {
         forget_present();
         leaves_.clear();
-        for (Index e : events) {
-            Index n = leaf_of(e);
+        for (std::size_t i = 0; i < events.size(); ++i) {
+            fetch_ahead(events, i);
+            Index e = events[i], n = leaf_of(e);
             if (node(n).waiting == 0) leaves_.push_back(n);
             set_bit(n, place_in(n, e), true);
             unseat(e);
@@ -158,7 +159,14 @@ class Timeline : public Blocks<Keys> {
     // behind all (kNone). Not the whole tree.
     void move(Index first, Index last, Index other) {
         forget_present();
-        if (is_few(first, last)) return put(lift(first, last), other);
+        if (is_short(first, last)) {
+            while (first != kNone) {
+                Lifted some;
+                first = lift(some, first, last);
+                put(some, other);
+            }
+            return;
+        }
         Index behind = next(last);
         auto [head, run] = cut_before(first);
         if (behind != kNone) {
@@ -212,6 +220,7 @@ class Timeline : public Blocks<Keys> {
     using Base::node_behind;
     using Base::nodes_;
     using Base::open;
+    using Base::orders_;
     using Base::place_in;
     using Base::pull;
     using Base::release;
@@ -231,12 +240,6 @@ class Timeline : public Blocks<Keys> {
     [[gnu::noinline]] bool before_in_leaf(Index n, Index a, Index b) const {
         return place_in(n, a) < place_in(n, b);
     }
-    // Rises along the leaves of which there are several: the label above, and the place there.
-    std::uint64_t order_of(Index n) const {
-        std::uint64_t above = node(node(n).parent).label;
-        return above << 8 | static_cast<std::uint64_t>(node(n).place);
-    }
-
     // Where the present is; its leaf is kNone until that is asked for, and after every change.
     struct Present {
         Index event, leaf, place;
@@ -245,7 +248,7 @@ class Timeline : public Blocks<Keys> {
     [[gnu::noinline]] void locate_present() const {
         Index n = leaf_of(present_.event);
         present_.place = place_in(n, present_.event);
-        present_.order = node(n).parent == kNone ? 0 : order_of(n);
+        present_.order = orders_[at(n)];
         present_.leaf = n;
     }
     [[gnu::noinline]] bool is_past_in_leaf(Index e) const {
@@ -254,7 +257,8 @@ class Timeline : public Blocks<Keys> {
     void forget_present() { present_.leaf = kNone; }
     mutable Present present_ = {kNone, kNone, 0, 0};
 
-    static constexpr Index kFew = kRoom / 2;  // events that are moved at once
+    static constexpr Index kFew = kRoom / 2;   // events that are moved at once
+    static constexpr Index kShort = 4 * kFew;  // so many are, one after the other
 
     // Some events that were one after the other, and as bits which of them wait.
     struct Lifted {
@@ -287,38 +291,51 @@ class Timeline : public Blocks<Keys> {
         return x.count;
     }
 
-    // Whether a run has no more than kFew events.
-    bool is_few(Index first, Index last) const {
+    // Whether a run has no more than kShort events, about.
+    bool is_short(Index first, Index last) const {
         Index n = leaf_of(first), end = leaf_of(last), seen = -place_in(n, first);
         for (; n != end; n = node_behind(n)) {
             seen += node(n).count;
-            if (seen >= kFew) return false;
+            if (seen > kShort) return false;
         }
-        return seen + place_in(end, last) < kFew;
+        return true;
     }
 
-    // Takes out a run of few events; not the whole tree.
-    Lifted lift(Index first, Index last) {
-        Lifted run;
-        while (true) {
+    // Takes out the first events of a run, as many as fit; not the whole tree. Returns the first of
+    // the others, or kNone.
+    Index lift(Lifted& some, Index first, Index last) {
+        while (first != kNone && some.count < kFew) {
             Index n = leaf_of(first), i = place_in(n, first), end = node(n).count;
-            bool is_last = n == leaf_of(last);
-            if (is_last) end = place_in(n, last) + 1;
-            Index behind = is_last ? kNone : node(node_behind(n)).items[0];
-            run.waiting |= (node(n).waiting >> i & bits_below(end - i)) << run.count;
+            Index behind = kNone;
+            if (n == leaf_of(last)) {
+                end = place_in(n, last) + 1;
+            } else {
+                behind = node(node_behind(n)).items[0];
+            }
+            if (end - i > kFew - some.count) {
+                end = i + kFew - some.count;
+                behind = node(n).items[end];
+            }
+            some.waiting |= (node(n).waiting >> i & bits_below(end - i)) << some.count;
             for (Index k = i; k < end; ++k) {
-                run.add(node(n).items[k], node(n).keys[k]);
+                some.add(node(n).items[k], node(n).keys[k]);
                 unseat(node(n).items[k]);
             }
             remove(n, i, end - i);
-            if (is_last) return run;
             first = behind;
         }
+        return first;
     }
     // Of a leaf k events, from the i-th on, which have no seats any more.
     void remove(Index n, Index i, Index k) {
         close(n, i, k);
         join_up(correct(n));
+    }
+    // Fetches what will be asked for of those events of which the i-th is next.
+    [[gnu::always_inline]] void fetch_ahead(const Array<Index>& events, std::size_t i) const {
+        constexpr std::size_t ahead = 8;
+        if (i + 2 * ahead < events.size()) this->prefetch(events[i + 2 * ahead]);
+        if (i + ahead < events.size()) this->prefetch_place(events[i + ahead]);
     }
     // Of a leaf those that are noted, in one pass.
     void sift(Index n) {

@@ -146,7 +146,9 @@ class Widening {
     }
 
    private:
-    bool is_locked(Index v) const { return t_.is_site(v) && !c_.on_ring(v); }
+    static constexpr std::size_t kFar = 8;  // so many items are fetched ahead
+
+    bool is_locked(Index v) const { return !c_.on_ring(v) && t_.is_site(v); }
 
     // Puts the vertices that wait into clusters and widens these, until no two of them meet.
     template <class Poll>
@@ -304,7 +306,11 @@ class Widening {
     void dissolve_changed() {
         for (Index x : c_.destroyed()) dissolve_all(x);
         for (Index x : c_.created()) look_again(x, true);
-        for (Index x : c_.changed()) look_again(x, false);
+        const Array<Index>& changed = c_.changed();
+        for (std::size_t i = 0; i < changed.size(); ++i) {
+            if (i + kFar < changed.size()) passed_.prefetch(changed[i + kFar]);
+            look_again(changed[i], false);
+        }
         for (Index v : c_.loosened()) {
             if (is_locked(v)) dissolve_around(v);
         }
@@ -329,10 +335,10 @@ class Widening {
     // passed through it or stood before it and found the opposite of what is there now.
     void look_again(Index x, bool is_new) {
         const Mesh& m = t_.mesh();
-        if (m.is_free(x)) return;
         bool is_inside = c_.is_inside(x);
         if (is_new || !is_inside) dissolve_all(x);
         if (!limit_.widens()) return;  // beyond its triangles a cluster looks for nothing
+        if (m.is_free(x)) return;
         for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
             Index o = m.twin(h);
             around_.clear();
