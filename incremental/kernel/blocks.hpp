@@ -25,8 +25,9 @@
 // Neither may change for events that are here.
 //
 // Invariants (check): all leaves are on one level; no node is empty; parents, largest, keys,
-// labels, orders and who waits are right. Exceptions: std::bad_alloc, and then nothing but clear
-// and assign may follow. Cost: assign O(n); a cut, a glueing O(log n). 15 bytes an event.
+// labels, orders and who waits are right.
+// Exceptions: std::bad_alloc, and then nothing but clear and assign may follow.
+// Cost: assign O(n); a cut, a glueing O(log n). 15 bytes an event.
 #pragma once
 
 #include <algorithm>
@@ -167,6 +168,7 @@ class Blocks {
         }
         return found;
     }
+    // Fetches what place_in will read.
     [[gnu::always_inline]] void prefetch_place(Index e) const {
         const Node& x = node(leaf_of(e));
         __builtin_prefetch(&x);
@@ -280,6 +282,7 @@ class Blocks {
         x.count = static_cast<std::int8_t>(x.count - k);
         number(n, i);
     }
+    // Of a leaf there.
     std::uint64_t order(Index twig, Index place) const {
         return std::uint64_t{node(twig).label} << 8 | static_cast<std::uint64_t>(place);
     }

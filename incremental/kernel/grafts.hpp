@@ -105,9 +105,10 @@ class Grafts : public Captures {
         } while (left != right);
     }
     // Whether a gate that may be open leads to the vertex which a half-edge leaves, through the
-    // side opposite of it.
+    // side opposite of it. Nobody can foresee that, so there is no branch.
     bool is_opposite_gate(Index h) const {
-        return is_inside(Mesh::triangle(h)) & is_rim(Mesh::next(h));
+        bool is_near_inside = is_inside(Mesh::triangle(h)), is_far_outside = is_rim(Mesh::next(h));
+        return is_near_inside & is_far_outside;
     }
     // Gates f(edge) that lead to the site of an event, all that are open among them.
     template <class F>

@@ -213,6 +213,7 @@ class Splices {
         return true;
     }
 
+    // From `tail` on; `first` is the loose leaf behind it.
     template <class Source>
     Walk walk(const Ring& ring, const Source& source, Index tail, Index first) {
         Walk w = {tail, kNone, first, first, 0, walked_.size(), 0};

@@ -18,6 +18,7 @@ namespace flintknap {
 class Table {
    public:
     bool empty() const { return size_ == 0; }
+    // Fetches where the values of a key are, if any. Not of an empty table.
     [[gnu::always_inline]] void prefetch(Index key) const {
         __builtin_prefetch(entries_.data() + home(key));
     }
