@@ -527,6 +527,8 @@ def test_nobody_reads_the_answers(tmp_path):
 
 
 def test_ctrl_c_while_a_live_log_is_answered(tmp_path):
+    # In the background of a shell it is ignored, and so would be by what is started there.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         [*COMMAND, "replay", "-", "--svg", str(tmp_path / "svg")],
         stdin=subprocess.PIPE,
@@ -534,6 +536,7 @@ def test_ctrl_c_while_a_live_log_is_answered(tmp_path):
         stderr=subprocess.PIPE,
         env={key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"},
     )
+    signal.signal(signal.SIGINT, before)
     with process:
         process.stdin.write(b'{"format":"flintknap","version":1}\n')
         process.stdin.write(b'{"op":"query","t":0,"kind":"side","x":1,"y":1}\n')
