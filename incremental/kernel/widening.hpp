@@ -308,7 +308,7 @@ class Widening {
         for (Index x : c_.created()) look_again(x, true);
         const Array<Index>& changed = c_.changed();
         for (std::size_t i = 0; i < changed.size(); ++i) {
-            if (i + kFar < changed.size()) passed_.prefetch(changed[i + kFar]);
+            if (i + kFar < changed.size()) fetch(changed[i + kFar]);
             look_again(changed[i], false);
         }
         for (Index v : c_.loosened()) {
@@ -331,6 +331,14 @@ class Widening {
         } while (h != first);
     }
 
+    // Fetches where the clusters are that will be asked for when that triangle is looked at again.
+    [[gnu::always_inline]] void fetch(Index x) const {
+        const Mesh& m = t_.mesh();
+        passed_.prefetch(x);
+        for (Index h = Mesh::first(x); limit_.widens() && h < Mesh::first(x) + 3; ++h) {
+            if (Index o = m.twin(h); o >= 0) passed_.prefetch(Mesh::triangle(o));
+        }
+    }
     // Of a triangle that has come, or has left the object or joined it: dissolves the clusters that
     // passed through it or stood before it and found the opposite of what is there now.
     void look_again(Index x, bool is_new) {
@@ -340,9 +348,10 @@ class Widening {
         if (!limit_.widens()) return;  // beyond its triangles a cluster looks for nothing
         if (m.is_free(x)) return;
         for (Index h = Mesh::first(x); h < Mesh::first(x) + 3; ++h) {
-            Index o = m.twin(h);
+            Index o = m.twin(h), beyond = Mesh::triangle(o);
+            if (!c_.is_inside(beyond)) continue;  // who passed through that one has seen it leave
             around_.clear();
-            passed_.collect(Mesh::triangle(o), around_);
+            passed_.collect(beyond, around_);
             for (Index id : around_) {
                 const std::vector<Index>& rim = cluster(id).rim;
                 if (std::binary_search(rim.begin(), rim.end(), o) == is_inside) dissolve(id);
