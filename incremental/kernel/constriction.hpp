@@ -136,7 +136,8 @@ class Constriction : public Rafts {
         mend_ring(created_);
         mend_ring(changed_);
         for (std::size_t i = 0; i < loosened_.size(); ++i) {
-            if (i + kFar < loosened_.size()) __builtin_prefetch(&holder_[at(loosened_[i + kFar])]);
+            if (i + 2 * kAhead < loosened_.size())
+                __builtin_prefetch(&holder_[at(loosened_[i + 2 * kAhead])]);
             Index v = loosened_[i];
             if (!on_ring(v)) following_[at(v)] = kNone;  // so that it is told when it comes back
         }
@@ -178,7 +179,6 @@ class Constriction : public Rafts {
    private:
     // Looking at an event again costs so much less than deriving it.
     static constexpr std::size_t kRatio = 8;
-    static constexpr std::size_t kFar = 8;  // so many items are fetched ahead
 
     void release(Index v) {
         holder_[at(v)] = kNone;
@@ -423,8 +423,8 @@ class Constriction : public Rafts {
     // Those of which the event ended have changed if no other one has come.
     void list_returned() {
         for (std::size_t i = 0; i < returned_.size(); ++i) {
-            if (i + kFar < returned_.size())
-                __builtin_prefetch(&event_of_[at(returned_[i + kFar])]);
+            if (i + 2 * kAhead < returned_.size())
+                __builtin_prefetch(&event_of_[at(returned_[i + 2 * kAhead])]);
             Index x = returned_[i];
             bool is_back = event_of_[at(x)] == kReturned;
             changed_.push_back_if(is_back, x);

@@ -12,7 +12,8 @@
 // left the object or joined it.
 //
 // Invariants (check): ring, limit and vertices inside are those of a run from scratch; every vertex
-// that the constriction left is in one cluster, and so is no other.
+// that the constriction left is in one cluster, and so is no other; all triangles that a cluster
+// has passed through are inside the object.
 // Cost: what the searches pass through, a few triangles a locked vertex as a rule; all that it sees
 // for one that is left inside. Nothing if none is locked.
 #pragma once
@@ -120,6 +121,10 @@ class Widening {
         other.build([] {});
         std::vector<bool> known(at(t_.slots()));
         for (const Cluster& c : clusters_) {
+            for (Index x : c.triangles) {
+                if (c_.is_inside(x)) continue;
+                return "triangle " + std::to_string(x) + " has left, but not the cluster with it";
+            }
             for (Index v : c.members) {
                 if (!is_locked(v) || known[at(v)]) {
                     return "vertex " + std::to_string(v) + " should not be in a cluster";
@@ -146,7 +151,7 @@ class Widening {
     }
 
    private:
-    static constexpr std::size_t kFar = 8;  // so many items are fetched ahead
+    static constexpr std::size_t kAhead = 8;  // so many triangles are fetched ahead
 
     bool is_locked(Index v) const { return !c_.on_ring(v) && t_.is_site(v); }
 
@@ -308,7 +313,7 @@ class Widening {
         for (Index x : c_.created()) look_again(x, true);
         const Array<Index>& changed = c_.changed();
         for (std::size_t i = 0; i < changed.size(); ++i) {
-            if (i + kFar < changed.size()) fetch(changed[i + kFar]);
+            if (i + kAhead < changed.size()) fetch(changed[i + kAhead]);
             look_again(changed[i], false);
         }
         for (Index v : c_.loosened()) {
